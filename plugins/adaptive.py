@@ -1,0 +1,97 @@
+"""Integrator ``adaptive``: renders a nested integrator with samples where the picture is complex.
+
+It looks first with cheap rays, then draws the samples of the nested integrator in rounds, each allocated by what the
+rounds before have shown. ``spp`` is the mean over all pixels. Samples always come from the progressive sampler
+``owen_sobol``; of the sensor's sampler only the sample count is used, when ``mi.render`` is not given one.
+
+.. pluginparameters::
+
+ * - (Nested plugin)
+   - |integrator|
+   - What to render: any integrator that follows camera rays, such as ``path``. (Default: path)
+ * - criterion
+   - |string|
+   - Where it is worth it: fused, variance, shape_entropy, face_entropy, uniform. (Default: fused)
+ * - objective
+   - |string|
+   - Which error is to be small: relative, absolute, display. (Default: relative)
+ * - pilot_spp, min_spp, max_spp
+   - |int|
+   - Rays per pixel that look first; least and most samples of any pixel. (Default: chosen by the budget)
+ * - block
+   - |int|
+   - Side in pixels of the squares over which the complexity of IDs is measured. (Default: 1)
+ * - spp, seed
+   - |int|
+   - Budget and seed when ``mi.render`` is not given any. (Default: those of the sensor's sampler and 0)
+
+.. tabs::
+    .. code-tab:: xml
+
+        <integrator type="adaptive"><integrator type="path"/></integrator>
+
+    .. code-tab:: python
+
+        {'type': 'adaptive', 'nested': {'type': 'path'}}
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mitsuba as mi
+
+from tracer.errors import SettingsError
+from tracer.render import render_view
+from tracer.result import Result
+from tracer.scene import open_scene, require_nestable
+from tracer.settings import Settings, make_settings
+
+
+class AdaptiveIntegrator(mi.SamplingIntegrator):
+    """See the documentation of this file."""
+
+    def __init__(self, props: mi.Properties) -> None:
+        super().__init__(props)
+        nested = [value for _, value in props.objects()]
+        if len(nested) > 1:
+            raise SettingsError('adaptive: takes one nested integrator, such as <integrator type="path"/>.')
+        self.nested = require_nestable(nested[0] if nested else mi.load_dict({"type": "path"}))
+        self.settings = {name: props[name] for name in Settings.model_fields if props.has_property(name)}
+        make_settings(**self.settings)
+        self.result: Result | None = None
+        """What the last render returned, with sample counts, errors and report."""
+
+    def render(
+        self,
+        scene: mi.Scene,
+        sensor: int | mi.Sensor = 0,
+        seed: mi.UInt32 | int = 0,
+        spp: int = 0,
+        develop: bool = True,
+        evaluate: bool = True,
+    ) -> mi.TensorXf:
+        if not develop:
+            raise SettingsError("adaptive: can only render with develop=True.")
+        chosen = sensor if isinstance(sensor, mi.Sensor) else scene.sensors()[sensor]
+        settings = {"spp": chosen.sampler().sample_count(), **self.settings}
+        if spp:
+            settings["spp"] = spp
+        seed = int(seed[0]) if isinstance(seed, mi.UInt32) else int(seed)
+        settings["seed"] = seed or settings.get("seed", 0)
+        with open_scene(scene, chosen, self) as view:
+            self.result = render_view(view, make_settings(**settings))
+        return mi.TensorXf(self.result.image)
+
+    def sample(self, scene: mi.Scene, sampler: mi.Sampler, ray: Any, medium: Any = None, active: Any = True) -> Any:
+        return self.nested.sample(scene, sampler, ray, medium, active)
+
+    def aov_names(self) -> list[str]:
+        return self.nested.aov_names()
+
+    def to_string(self) -> str:
+        settings = "".join(f"  {name} = {value},\n" for name, value in self.settings.items())
+        return f"AdaptiveIntegrator[\n{settings}  nested = {self.nested}\n]"
+
+
+mi.register_integrator("adaptive", AdaptiveIntegrator)

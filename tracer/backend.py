@@ -1,0 +1,134 @@
+"""The only place that finds LLVM and sets the Mitsuba variant.
+
+Dr.Jit needs a libLLVM at run time, and not every one will do: on an AVX-512 machine versions 15 and 16 load and then
+abort the process at the first render, and a Debian 12 offers 15 first. So the library is chosen, and its version read,
+before Dr.Jit sees it.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import importlib
+import importlib.metadata
+import os
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from tracer.errors import BackendError
+
+DEFAULT_VARIANT = "llvm_ad_rgb"
+MINIMUM_LLVM = 17
+VARIABLE = "DRJIT_LIBLLVM_PATH"
+REMEDY = (
+    f"install version {MINIMUM_LLVM} or newer, for example with 'pip install karellen-llvm-core' "
+    f"or 'apt-get install libllvm19', or set {VARIABLE} to the file of one"
+)
+
+
+@dataclass(frozen=True)
+class Library:
+    """A libLLVM file, its version, and who chose it."""
+
+    path: Path
+    version: tuple[int, int, int]
+    chosen_by: str
+
+
+def packaged_library() -> Path | None:
+    """Return the libLLVM that came with the ``karellen-llvm-core`` wheel, or None."""
+    try:
+        files = importlib.metadata.files("karellen-llvm-core") or []
+    except importlib.metadata.PackageNotFoundError:
+        return None
+    for file in files:
+        if file.name in ("libLLVM.so", "libLLVM.dylib"):
+            path = Path(str(file.locate())).resolve()
+            if path.exists():
+                return path
+    return None
+
+
+def point_to_library() -> None:
+    """Point Dr.Jit to the packaged libLLVM, unless the user has named one. Must run before a variant is set."""
+    if not os.environ.get(VARIABLE):
+        packaged = packaged_library()
+        if packaged is not None:
+            os.environ[VARIABLE] = str(packaged)
+
+
+def read_version(path: Path) -> tuple[int, int, int]:
+    """Return the version of a libLLVM file without giving it to Dr.Jit. Raises BackendError for anything else."""
+    if not path.is_file():
+        raise BackendError(f"{VARIABLE} names '{path}', which is not a file: {REMEDY}.")
+    try:
+        library = ctypes.CDLL(str(path))
+    except OSError as error:
+        raise BackendError(f"The LLVM library '{path}' does not load ({error}): {REMEDY}.") from None
+    if not hasattr(library, "LLVMGetVersion"):  # in the C interface since 16
+        raise BackendError(f"'{path}' is not an LLVM library, or one older than 16 that would abort: {REMEDY}.")
+    parts = [ctypes.c_uint() for _ in range(3)]
+    library.LLVMGetVersion(*[ctypes.byref(part) for part in parts])
+    return parts[0].value, parts[1].value, parts[2].value
+
+
+def require_usable(library: Library) -> Library:
+    """Return ``library``, or raise BackendError when rendering with it would abort the process."""
+    if library.version[0] < MINIMUM_LLVM:
+        version = ".".join(map(str, library.version))
+        raise BackendError(f"LLVM {version} in '{library.path}' is too old and would abort the process: {REMEDY}.")
+    return library
+
+
+def named_library() -> Library | None:
+    """Return the checked library that the environment (or the packaged wheel) names, or None if neither does."""
+    chosen_by_user = bool(os.environ.get(VARIABLE)) and os.environ[VARIABLE] != str(packaged_library())
+    point_to_library()
+    value = os.environ.get(VARIABLE)
+    if not value:
+        return None
+    path = Path(value)
+    return require_usable(Library(path, read_version(path), VARIABLE if chosen_by_user else "karellen-llvm-core"))
+
+
+def loaded_library() -> Library:
+    """Return the library that Dr.Jit has loaded. A variant must be active."""
+    import drjit
+
+    version = tuple(int(part) for part in drjit.detail.llvm_version())
+    path = Path(os.environ.get(VARIABLE) or "libLLVM of the system")
+    maps = Path("/proc/self/maps")
+    if maps.exists() and not path.is_file():
+        loaded = {line.split()[-1] for line in maps.read_text().splitlines() if "libLLVM" in line}
+        path = Path(min(loaded, default=str(path)))
+    return Library(path, (version[0], version[1], version[2]), VARIABLE if os.environ.get(VARIABLE) else "Dr.Jit")
+
+
+def reload_plugins(old_variant: str | None, new_variant: str) -> None:
+    """Register our plugins under the variant that became active (a Mitsuba callback: plugins are known per variant)."""
+    importlib.reload(sys.modules["tracer.plugins"])
+
+
+def activate(variant: str | None = None) -> str:
+    """Make Mitsuba ready to render and return the name of the variant.
+
+    A variant that is already active is kept unless ``variant`` names another. Raises BackendError, before anything is
+    rendered, when there is no usable LLVM, the variant does not exist, or it cannot run wavefronts.
+    """
+    library = named_library()
+    import mitsuba as mi
+
+    wanted = variant or mi.variant() or DEFAULT_VARIANT
+    if wanted not in mi.variants():
+        raise BackendError(f"There is no Mitsuba variant '{wanted}'; there are {', '.join(mi.variants())}.")
+    if not wanted.startswith(("llvm_", "cuda_")):
+        raise BackendError(f"Variant '{wanted}' renders one ray at a time; use one that starts with 'llvm_'.")
+    if mi.variant() != wanted:
+        try:
+            mi.set_variant(wanted)
+        except ImportError as error:
+            raise BackendError(f"Mitsuba could not start variant '{wanted}' ({error}): {REMEDY}.") from None
+    if wanted.startswith("llvm_") and library is None:
+        require_usable(loaded_library())
+    importlib.import_module("tracer.plugins")
+    return wanted

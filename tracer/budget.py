@@ -1,0 +1,69 @@
+"""Importance to integer samples per pixel that add up exactly."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tracer.errors import BudgetError
+
+Floats = NDArray[np.float64]
+
+
+def fill(importance: ArrayLike, total: float, lower: ArrayLike, upper: ArrayLike) -> Floats:
+    """Return counts n_i = clip(c w_i, lower_i, upper_i), with the one c for which they sum to ``total``.
+
+    Importance w_i >= 0 and bounds are arrays of one shape (or scalars for the bounds). This minimises
+    sum w_i^2 / n_i within the bounds (Neyman allocation with a floor and a ceiling, "water filling"). Where the whole
+    importance is zero it is taken as constant. Raises BudgetError when the bounds leave no solution.
+    """
+    weights = np.asarray(importance, np.float64)
+    if not np.all(np.isfinite(weights)) or np.any(weights < 0):
+        raise ValueError("importance must be finite and not negative")
+    lower = np.broadcast_to(np.asarray(lower, np.float64), weights.shape)
+    upper = np.maximum(np.broadcast_to(np.asarray(upper, np.float64), weights.shape), lower)
+    slack = 1e-9 * max(total, 1.0)
+    if lower.sum() > total + slack or upper.sum() < total - slack:
+        raise BudgetError(
+            f"No allocation of {total:.0f} samples fits: the bounds on the samples per pixel ask for at least "
+            f"{lower.sum():.0f} and at most {upper.sum():.0f}; change spp, min_spp or max_spp."
+        )
+    peak = weights.max(initial=0.0)
+    # A pixel of no importance takes samples only when all others are full.
+    weights = weights / peak + 1e-12 if peak > 0 else np.ones_like(weights)
+    return np.clip(solve_level(weights, total, lower, upper) * weights, lower, upper)
+
+
+def solve_level(weights: Floats, total: float, lower: Floats, upper: Floats) -> float:
+    """Return c with sum clip(c w, lower, upper) = total, exactly: the sum is piecewise linear in c."""
+    w, lo, hi = weights.ravel(), lower.ravel(), upper.ravel()
+    levels = np.concatenate([lo / w, hi / w])
+    order = np.argsort(levels, kind="stable")
+    levels = levels[order]
+    # Past lo/w a pixel grows with slope w, past hi/w it stands still.
+    slope = np.cumsum(np.concatenate([w, -w])[order])
+    intercept = lo.sum() + np.cumsum(np.concatenate([-lo, hi])[order])
+    sums = slope * levels + intercept
+    k = int(np.clip(np.searchsorted(sums, total, side="left") - 1, 0, len(levels) - 1))
+    if slope[k] <= 1e-300 * w.sum():
+        return float(levels[k])
+    return float((total - intercept[k]) / slope[k])
+
+
+def round_to_total(counts: ArrayLike, total: int, generator: np.random.Generator) -> NDArray[np.uint32]:
+    """Round real counts (any shape) to integers that sum to ``total``, each with the real count as its expectation.
+
+    Systematic sampling: one random offset for the running sum of all fractions, so a count is its floor or one more.
+    """
+    counts = np.asarray(counts, np.float64)
+    whole = np.floor(counts + 1e-9)
+    fraction = np.clip(counts - whole, 0.0, 1.0).ravel()
+    left = total - int(whole.sum())
+    if not 0 <= left <= np.ceil(fraction.sum() + 1e-3):
+        raise ValueError(f"counts sum to {counts.sum()}, not to {total}")
+    if left == 0:
+        return whole.astype(np.uint32)
+    running = np.cumsum(fraction) * (left / fraction.sum())
+    running[-1] = left
+    extra = np.diff(np.floor(running + generator.random()), prepend=0.0)
+    return (whole + extra.reshape(counts.shape)).astype(np.uint32)

@@ -1,0 +1,83 @@
+"""Entropy and its kin: pure functions of counts and values.
+
+Logarithms are to base 2 unless said otherwise, as in the paper this project comes from (Plemenos, Sbert and Feixas,
+"On viewpoint complexity of 3D scenes", section 3).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Floats = NDArray[np.float64]
+
+
+def probabilities(counts: ArrayLike) -> Floats:
+    """Return counts divided by their sum over the last axis; zeros where the sum is zero. Shape (..., K)."""
+    counts = np.asarray(counts, np.float64)
+    if np.any(counts < 0):
+        raise ValueError("counts must not be negative")
+    total = counts.sum(axis=-1, keepdims=True)
+    return np.divide(counts, total, out=np.zeros_like(counts), where=total > 0)
+
+
+def entropy(counts: ArrayLike) -> Floats:
+    """Return Shannon's entropy in bits of counts or areas (..., K): 0 to log2 K; 0 where nothing was counted."""
+    p = probabilities(counts)
+    return -np.sum(p * np.log2(p, out=np.zeros_like(p), where=p > 0), axis=-1) + 0.0
+
+
+def gini(counts: ArrayLike) -> Floats:
+    """Return the Gini-Simpson index 1 - sum p^2 of counts (..., K): 0 to 1 - 1/K; 0 where nothing was counted."""
+    p = probabilities(counts)
+    return np.where(p.sum(axis=-1) > 0, 1.0 - np.sum(p * p, axis=-1), 0.0)
+
+
+def tsallis(counts: ArrayLike, index: float) -> Floats:
+    """Return the Tsallis (Havrda-Charvat) entropy (1 - sum p^q) / (q - 1), nats in the limit q = 1."""
+    if index == 1:
+        return entropy(counts) * np.log(2)
+    p = probabilities(counts)
+    powers = np.power(p, index, out=np.zeros_like(p), where=p > 0)
+    return np.where(p.sum(axis=-1) > 0, (1.0 - powers.sum(axis=-1)) / (index - 1.0), 0.0)
+
+
+def renyi(counts: ArrayLike, order: float) -> Floats:
+    """Return the Renyi entropy log2(sum p^a) / (1 - a) in bits, Shannon's in the limit a = 1."""
+    if order == 1:
+        return entropy(counts)
+    p = probabilities(counts)
+    powers = np.power(p, order, out=np.zeros_like(p), where=p > 0).sum(axis=-1)
+    return np.log2(powers, out=np.zeros_like(powers), where=powers > 0) / (1.0 - order) + 0.0
+
+
+def viewpoint_complexity(areas: ArrayLike, surfaces: int, image_area: float) -> Floats:
+    """Return C(V) = (1/n) sum ceil(P_i / (P_i + 1)) + (1/r) sum P_i, in (0, 2] (the paper, section 3.1).
+
+    ``areas`` (..., K): projected area P_i of each surface, background excluded, in the unit of ``image_area`` = r.
+    ``surfaces`` = n: how many surfaces the scene has. The first term is the share of surfaces that are visible: the
+    printed formula has lost the brackets of the ceiling, which its text explains.
+    """
+    areas = np.asarray(areas, np.float64)
+    return np.count_nonzero(areas > 0, axis=-1) / surfaces + areas.sum(axis=-1) / image_area
+
+
+def shares(multiplicity: ArrayLike) -> Floats:
+    """Return p_j = m_j / K of rays (..., K) from the number m_j of rays, of these K, that hit what ray j hit."""
+    multiplicity = np.asarray(multiplicity, np.float64)
+    return multiplicity / multiplicity.shape[-1]
+
+
+def ray_entropy(multiplicity: ArrayLike) -> Floats:
+    """Return the entropy in bits of what K rays hit, H = -(1/K) sum_j log2(m_j / K); see ``shares``."""
+    return -np.log2(shares(multiplicity)).mean(axis=-1) + 0.0
+
+
+def ray_gini(multiplicity: ArrayLike) -> Floats:
+    """Return the Gini-Simpson index of what K rays hit, 1 - (1/K) sum_j m_j / K; see ``shares``."""
+    return 1.0 - shares(multiplicity).mean(axis=-1)
+
+
+def ray_distinct(multiplicity: ArrayLike) -> Floats:
+    """Return how many different things K rays hit, sum_j 1 / m_j."""
+    return np.rint((1.0 / np.asarray(multiplicity, np.float64)).sum(axis=-1))

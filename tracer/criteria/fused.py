@@ -1,0 +1,28 @@
+"""Radiance alone: the standard deviation of the samples, smoothed over a pixel's neighbours.
+
+Neyman's allocation (1934): n_i proportional to s_i sqrt(w_i) minimises sum w_i s_i^2 / n_i.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import gaussian_filter
+
+from tracer.criteria.registry import Evidence, Floats, criterion
+from tracer.estimate import Statistics
+
+RADIUS = 1.0
+"""Standard deviation in pixels of the smoothing: a variance from a few samples is itself mostly noise."""
+
+
+def colour_variance(statistics: Statistics, channels: int) -> Floats:
+    """Return the variance of one sample, averaged over colour channels (H, W)."""
+    return statistics.variance[..., :channels].mean(axis=-1)
+
+
+@criterion("fused", needs_radiance=True, needs_pilot=False)
+def fused(evidence: Evidence) -> Floats:
+    """Return s sqrt(w) with s^2 smoothed."""
+    assert evidence.statistics is not None
+    weighted = colour_variance(evidence.statistics, evidence.colour_channels) * evidence.weight
+    return np.sqrt(gaussian_filter(weighted, RADIUS, mode="nearest"))

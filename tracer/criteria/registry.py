@@ -1,0 +1,83 @@
+"""What a criterion is given, and how it is found by name."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from tracer.estimate import Statistics
+    from tracer.pilot import Complexity
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """All that is known when an allocation is made. Arrays are (height, width) of the pixels that are sampled."""
+
+    complexity: Complexity
+    """Of what pilot rays hit."""
+    statistics: Statistics | None
+    """Of the radiance samples so far; None for a criterion that decides before there are any."""
+    before: Statistics | None
+    """The same before the last round: what is in ``statistics`` beyond it was not yet seen then."""
+    weight: Floats
+    """w of the objective, see ``tracer.objective``; ones before there are radiance samples."""
+    colour_channels: int
+    """How many channels of ``statistics``, from the first, are colour."""
+    goal: int
+    """Samples that the allocation will share out, those already drawn included."""
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """A named function from Evidence to importance, and what it needs to see."""
+
+    name: str
+    importance: Callable[[Evidence], Floats]
+    needs_radiance: bool
+    """Whether it decides anew after every round of samples, rather than once from pilot rays alone."""
+    needs_pilot: bool
+
+
+registered: dict[str, Criterion] = {}
+
+
+def criterion(
+    name: str, *, needs_radiance: bool, needs_pilot: bool = True
+) -> Callable[[Callable[[Evidence], Floats]], Callable[[Evidence], Floats]]:
+    """Register the decorated function as criterion ``name``."""
+
+    def register(function: Callable[[Evidence], Floats]) -> Callable[[Evidence], Floats]:
+        registered[name] = Criterion(name, function, needs_radiance, needs_pilot)
+        return function
+
+    return register
+
+
+@cache
+def import_all() -> None:
+    """Import every module of the folder, so that its criteria are registered."""
+    package = __name__.rpartition(".")[0]
+    for module in pkgutil.iter_modules(importlib.import_module(package).__path__):
+        importlib.import_module(f"{package}.{module.name}")
+
+
+def names() -> list[str]:
+    """Return the names of all criteria."""
+    import_all()
+    return sorted(registered)
+
+
+def get(name: str) -> Criterion:
+    """Return a criterion by name. Raises KeyError."""
+    import_all()
+    return registered[name]

@@ -1,0 +1,13 @@
+"""Every pixel the same: what all others are measured against."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tracer.criteria.registry import Evidence, Floats, criterion
+
+
+@criterion("uniform", needs_radiance=False, needs_pilot=False)
+def uniform(evidence: Evidence) -> Floats:
+    """Return ones."""
+    return np.ones_like(evidence.weight)

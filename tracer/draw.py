@@ -1,0 +1,120 @@
+"""Draw samples: a list of (pixel, sample index) to radiance, on the device.
+
+The list is never stored on the host. An allocation is laid out pixel after pixel, a pass is a window of that line, and
+each lane finds its pixel by a running sum over the marks where pixels begin.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer.scene import View
+
+PASS_SIZE = 1 << 21
+"""Samples per pass: enough to keep the threads busy, few enough for flat memory and a sign of life every second."""
+
+
+@dataclass(frozen=True)
+class Window:
+    """The part of an allocation that one pass draws: lanes ``begin[k]`` to ``end[k]`` belong to ``first_pixel + k``."""
+
+    first_pixel: int
+    sample_count: int
+    begin: Any
+    """mi.UInt32, (pixels of the window,): first lane of each pixel."""
+    end: Any
+    """mi.UInt32, (pixels of the window,): one past the last lane of each pixel."""
+    base: Any
+    """mi.UInt32, (pixels of the window,): sample index minus lane (modulo 2^32)."""
+
+
+@dataclass(frozen=True)
+class Samples:
+    """What a pass has drawn, one entry a lane."""
+
+    values: list[Any]
+    """mi.Float per channel of the image."""
+    position: Any
+    """mi.Point2f: place of the sample within its pixel, in [0, 1)^2."""
+
+
+def windows(counts: NDArray[np.uint32], first: NDArray[np.uint32], pass_size: int = PASS_SIZE) -> Iterator[Window]:
+    """Cut an allocation into passes.
+
+    ``counts`` (P,): samples to draw in each pixel; ``first`` (P,): index of the first of them. Yields windows of
+    ``pass_size`` samples, the last one shorter; a pixel may be split between windows.
+    """
+    ends = np.cumsum(counts, dtype=np.int64)
+    begins = ends - counts
+    total = int(ends[-1]) if len(ends) else 0
+    for start in range(0, total, pass_size):
+        stop = min(start + pass_size, total)
+        low = int(np.searchsorted(ends, start, side="right"))
+        high = int(np.searchsorted(begins, stop, side="left"))
+        begin = begins[low:high] - start
+        base = (first[low:high].astype(np.int64) - begin) & 0xFFFFFFFF
+        yield Window(
+            first_pixel=low,
+            sample_count=stop - start,
+            begin=mi.UInt32(np.maximum(begin, 0).astype(np.uint32)),
+            end=mi.UInt32(np.minimum(ends[low:high] - start, stop - start).astype(np.uint32)),
+            base=mi.UInt32(base.astype(np.uint32)),
+        )
+
+
+def lane_pixels(window: Window) -> tuple[Any, Any]:
+    """Return (pixel, sample index) of every lane of a window, as mi.UInt32."""
+    marks = dr.zeros(mi.UInt32, window.sample_count)
+    later = dr.arange(mi.UInt32, 1, dr.width(window.begin))
+    dr.scatter_add(marks, mi.UInt32(1), dr.gather(mi.UInt32, window.begin, later))
+    rank = dr.cumsum(marks)
+    index = dr.gather(mi.UInt32, window.base, rank) + dr.arange(mi.UInt32, window.sample_count)
+    return rank + dr.opaque(mi.UInt32, window.first_pixel), index
+
+
+def camera_ray(view: View, sampler: Any, row: Any, column: Any) -> tuple[Any, Any, Any]:
+    """Return (ray, weight, position within the pixel) for the next sample of pixels of ``view.grid``.
+
+    Draws dimensions in Mitsuba's own order (film, aperture, time, wavelength), so that a sample equals the one that
+    ``mi.render`` takes with the same sampler.
+    """
+    position = sampler.next_2d()
+    corner = mi.Vector2f(mi.Vector2i(column, row) + view.grid_origin)
+    scale = 1.0 / mi.ScalarVector2f(view.film.crop_size())
+    film_position = (corner + position - mi.ScalarVector2f(view.film.crop_offset())) * scale
+
+    sensor = view.sensor
+    aperture = sampler.next_2d() if sensor.needs_aperture_sample() else mi.Point2f(0.5)
+    time = mi.Float(sensor.shutter_open())
+    if sensor.shutter_open_time() > 0:
+        time += sampler.next_1d() * sensor.shutter_open_time()
+    wavelength = sampler.next_1d() if mi.is_spectral else mi.Float(0.0)
+    ray, weight = sensor.sample_ray_differential(time, wavelength, film_position, aperture)
+    return ray, weight, position
+
+
+def draw(view: View, sampler: Any, seed: Any, pixel: Any, index: Any, differential_scale: Any) -> Samples:
+    """Draw sample ``index`` of pixel ``pixel`` (both mi.UInt32, one entry a lane); nothing is evaluated.
+
+    ``differential_scale`` shrinks ray differentials, 1 / sqrt(spp) as in ``mi.render``.
+    """
+    sampler.seed_samples(seed, pixel, index)
+    row, column = divide(pixel, view.grid[1])
+    ray, weight, position = camera_ray(view, sampler, row, column)
+    ray.scale_differential(differential_scale)
+    radiance, valid, aovs = view.integrator.sample(view.scene, sampler, ray, view.sensor.get_medium())
+    return Samples(view.to_channels(weight * radiance, valid, ray.wavelengths) + list(aovs), position)
+
+
+def divide(number: Any, divisor: int) -> tuple[Any, Any]:
+    """Return quotient and remainder of a mi.UInt32 by a number that is not compiled into the kernel."""
+    opaque = dr.opaque(mi.UInt32, divisor)
+    quotient = number // opaque
+    return quotient, number - quotient * opaque

@@ -1,0 +1,29 @@
+"""Every error a person can act on. The message is one sentence: what, where, what to do."""
+
+from __future__ import annotations
+
+
+class TracerError(Exception):
+    """Base class: catch it to catch all of ours. ``exit_code`` is what the command line returns."""
+
+    exit_code = 2
+
+
+class BackendError(TracerError):
+    """No LLVM, an LLVM that would abort the process, or a Mitsuba variant that cannot be used."""
+
+
+class SceneError(TracerError):
+    """A scene that is missing, does not load, or has nothing to render."""
+
+
+class SettingsError(TracerError):
+    """A setting out of range, or a name that does not exist."""
+
+
+class OutputError(TracerError):
+    """A place where the result cannot be written, or must not be."""
+
+
+class BudgetError(TracerError):
+    """Bounds on the samples per pixel that no allocation can meet."""

@@ -1,0 +1,154 @@
+"""Mean, variance and count per pixel, and the image through any reconstruction filter.
+
+A sample does not scatter to its neighbours. Each pixel sums what its own samples would give to every pixel in reach of
+the filter, its *footprint*; only when the image is developed are these sums divided by the pixel's final count and
+added up: the expected image is the one of ``mi.render`` for every filter, and equal to it when all counts are equal.
+However unequal the counts, dense pixels do not bleed into sparse ones; and as each lane walks through the samples of
+one pixel in order, no two lanes write to one place and the split into passes cannot change the statistics.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer.draw import Samples, Window
+from tracer.scene import View
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """What is known of each pixel of the grid, box-filtered: samples of a pixel count for that pixel alone."""
+
+    count: NDArray[np.uint32]
+    """(H, W): finite samples."""
+    invalid: NDArray[np.uint32]
+    """(H, W): samples that were not finite and are left out."""
+    mean: Floats
+    """(H, W, C)."""
+    variance: Floats
+    """(H, W, C): unbiased variance of one sample; 0 where there are fewer than two."""
+
+
+class Estimate:
+    """Running estimate over ``view.grid``: float64 mean and squared deviation (Welford), float32 footprint sums."""
+
+    def __init__(self, view: View) -> None:
+        self.view = view
+        self.filter = view.film.rfilter()
+        self.reach = 0 if self.filter.is_box_filter() else ceil(self.filter.radius() - 0.5)
+        pixels, channels = view.pixel_count, len(view.channels)
+        self.count = dr.zeros(mi.UInt32, pixels)
+        self.invalid = dr.zeros(mi.UInt32, pixels)
+        self.mean = [dr.zeros(mi.Float64, pixels) for _ in range(channels)]
+        self.deviation = [dr.zeros(mi.Float64, pixels) for _ in range(channels)]
+        offsets = (2 * self.reach + 1) ** 2
+        self.footprint = [[dr.zeros(mi.Float, pixels) for _ in range(channels + 1)] for _ in range(offsets)]
+        """Per offset (row by row): sums of weight x channel, then of weight."""
+
+    def filter_weights(self, position: Any) -> list[Any]:
+        """Return the weight of a sample at ``position`` for each pixel in reach, offsets row by row."""
+        if self.reach == 0:
+            return [mi.Float(1.0)]
+        centres = [offset + 0.5 for offset in range(-self.reach, self.reach + 1)]
+        across = [self.filter.eval(centre - position.x) for centre in centres]
+        down = [self.filter.eval(centre - position.y) for centre in centres]
+        return [y * x for y in down for x in across]
+
+    def add(self, window: Window, samples: Samples) -> None:
+        """Add the samples of a pass. Samples that are not finite in every channel are counted and left out."""
+        pixel = dr.arange(mi.UInt32, dr.width(window.begin)) + dr.opaque(mi.UInt32, window.first_pixel)
+
+        def step(lane: Any, count: Any, invalid: Any, mean: list, deviation: list, footprint: list) -> tuple:
+            values = [dr.gather(mi.Float, channel, lane) for channel in samples.values]
+            finite = mi.Bool(True)
+            for value in values:
+                finite &= dr.isfinite(value)
+            values = [dr.select(finite, value, 0.0) for value in values]
+            count = count + dr.select(finite, mi.UInt32(1), mi.UInt32(0))
+            invalid = invalid + dr.select(finite, mi.UInt32(0), mi.UInt32(1))
+            # Welford (1962): one pass, no cancellation
+            share = dr.select(finite, 1.0 / mi.Float64(count), 0.0)
+            difference = [mi.Float64(value) - m for value, m in zip(values, mean, strict=True)]
+            mean = [m + d * share for m, d in zip(mean, difference, strict=True)]
+            deviation = [
+                q + dr.select(finite, d * (mi.Float64(value) - m), 0.0)
+                for q, d, value, m in zip(deviation, difference, values, mean, strict=True)
+            ]
+            position = dr.gather(mi.Point2f, samples.position, lane)
+            added = []
+            for sums, weight in zip(footprint, self.filter_weights(position), strict=True):
+                weight = dr.select(finite, weight, 0.0)
+                added.append([dr.fma(weight, v, s) for v, s in zip([*values, mi.Float(1.0)], sums, strict=True)])
+            return lane + 1, count, invalid, mean, deviation, added
+
+        targets = (self.count, self.invalid, self.mean, self.deviation, self.footprint)
+        start = tuple(gather_tree(target, pixel) for target in targets)
+        _, *sums = dr.while_loop((mi.UInt32(window.begin), *start), lambda lane, *_: lane < window.end, step)
+        for target, value in zip(leaves(targets), leaves(sums), strict=True):
+            dr.scatter(target, value, pixel, mode=dr.ReduceMode.NoConflicts)
+        dr.eval(targets)
+
+    def statistics(self) -> Statistics:
+        """Return what is known so far, on the host."""
+        shape = self.view.grid
+        count = to_host(self.count, shape)
+        mean = np.stack([to_host(channel, shape) for channel in self.mean], axis=-1)
+        deviation = np.stack([to_host(channel, shape) for channel in self.deviation], axis=-1)
+        variance = deviation / np.maximum(count[..., None].astype(np.int64) - 1, 1)
+        return Statistics(count, to_host(self.invalid, shape), mean, variance)
+
+    def develop(self) -> tuple[Floats, Floats]:
+        """Return the image (H, W, C) and the standard error of each of its values, both without the border.
+
+        Image: sum over pixels i in reach of A_i / n_i, divided by the same sum of B_i / n_i, with A and B the sums of
+        weight x channel and of weight over the n_i samples of i. Its variance is the sum of s_i^2 / n_i times the square
+        of the share that i has in the image's pixel.
+        """
+        statistics = self.statistics()
+        count = np.maximum(statistics.count, 1)
+        of_mean = statistics.variance / count[..., None]
+        total, weight, variance = (np.zeros_like(statistics.mean) for _ in range(3))
+        offsets = [(y, x) for y in range(-self.reach, self.reach + 1) for x in range(-self.reach, self.reach + 1)]
+        for offset, sums in zip(offsets, self.footprint, strict=True):
+            share = to_host(sums[-1], self.view.grid) / count
+            for channel, channel_sums in enumerate(sums[:-1]):
+                add_shifted(total[..., channel], to_host(channel_sums, self.view.grid) / count, offset)
+            add_shifted(weight, share[..., None], offset)
+            add_shifted(variance, share[..., None] ** 2 * of_mean, offset)
+        weight[weight == 0] = 1
+        inner = self.view.inner
+        return (total / weight)[inner], (np.sqrt(variance) / np.abs(weight))[inner]
+
+
+def gather_tree(target: Any, pixel: Any) -> Any:
+    """Gather every array of a nested list at ``pixel``."""
+    if isinstance(target, list):
+        return [gather_tree(entry, pixel) for entry in target]
+    return dr.gather(type(target), target, pixel)
+
+
+def leaves(tree: Any) -> list[Any]:
+    """Return the arrays of nested lists and tuples, in order."""
+    return [leaf for entry in tree for leaf in leaves(entry)] if isinstance(tree, list | tuple) else [tree]
+
+
+def to_host(array: Any, shape: tuple[int, int]) -> NDArray:
+    """Return a device array as NumPy, in the shape of the grid."""
+    return np.asarray(array.numpy()).reshape(shape)
+
+
+def add_shifted(target: NDArray, source: NDArray, offset: tuple[int, int]) -> None:
+    """Add ``source`` to ``target`` (both (H, W, ...)), moved down and right by ``offset``, in place."""
+    (down, right), (height, width) = offset, source.shape[:2]
+    rows, columns = slice(max(0, down), height + min(0, down)), slice(max(0, right), width + min(0, right))
+    from_rows, from_columns = slice(max(0, -down), height - max(0, down)), slice(max(0, -right), width - max(0, right))
+    target[rows, columns] += source[from_rows, from_columns]

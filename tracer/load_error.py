@@ -1,0 +1,60 @@
+"""Turn what Mitsuba says of a scene that does not load into one sentence with the nearest known name."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from pathlib import Path
+
+from tracer.errors import SceneError
+
+OWN_PLUGINS = ("adaptive", "owen_sobol")
+PYTHON_INTEGRATORS = ("direct_projective", "prb", "prb_basic", "prb_projective", "prbvolpath", "volprim_rf_basic")
+
+
+def load_error(what: str, error: Exception) -> SceneError:
+    """Return a SceneError whose message is one line: what failed, where, and the nearest known name if there is one."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    message = re.sub(r"\[\w+\.(?:cpp|h|py):\d+\]\s*", "", " ".join(lines)).strip().rstrip(".!")
+    hint = nearest_name(message)
+    return SceneError(f"{what} does not load: {message}." + (f" Did you mean '{hint}'?" if hint else ""))
+
+
+def nearest_name(message: str) -> str | None:
+    """Return the known plugin or parameter nearest to the unknown one that the message quotes, or None."""
+    plugin = re.search(r'Plugin "([^"]+)" not found', message)
+    if plugin:
+        return nearest(plugin[1], plugin_names())
+    parameter = re.search(r'unreferenced propert\w+ in \w+ plugin of type "([^"]+)": *- *\w+ "([^"]+)"', message)
+    if parameter:
+        return nearest(parameter[2], parameter_names(parameter[1]))
+    return None
+
+
+def nearest(name: str, known: list[str]) -> str | None:
+    """Return the member of ``known`` most like ``name``, or None if none is alike."""
+    return next(iter(difflib.get_close_matches(name, known, n=1, cutoff=0.6)), None)
+
+
+def plugin_folder() -> Path:
+    """Return the folder of Mitsuba's compiled plugins."""
+    import mitsuba
+
+    return Path(mitsuba.__file__).parent / "plugins"
+
+
+def plugin_names() -> list[str]:
+    """Return the names of Mitsuba's plugins and of ours."""
+    return sorted({path.stem for path in plugin_folder().iterdir()} | {*OWN_PLUGINS, *PYTHON_INTEGRATORS})
+
+
+def parameter_names(plugin: str) -> list[str]:
+    """Return the words of a compiled plugin that may be parameter names: Mitsuba publishes no list of them.
+
+    Names are constants of the program, or fields of what the plugin prints of itself.
+    """
+    names: set[str] = set()
+    for path in plugin_folder().glob(f"{plugin}.*"):
+        for word in re.findall(rb"(?<=[\x00 ])[a-z][a-z0-9_]{2,31}(?=\x00| = )", path.read_bytes()):
+            names.add(word.decode())
+    return sorted(names)

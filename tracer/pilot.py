@@ -1,0 +1,110 @@
+"""Pilot rays: primary rays that only ask what they hit. IDs per pixel block, and their complexity.
+
+Two IDs per ray. The *shape* is the pair of instance and shape, so that two instances of one object differ; the *face* is
+the primitive within that. A ray that misses has IDs of its own. Meshes are told apart because scenes are opened without
+Mitsuba's merging of meshes (see ``tracer.scene``); in an ``mi.Scene`` that was loaded with it, only faces are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer import complexity
+from tracer.draw import camera_ray, divide
+from tracer.hashing import mix
+from tracer.scene import View
+
+Floats = NDArray[np.float64]
+SEED_OFFSET = 0x5EED
+"""Keeps pilot rays apart from the samples that make the picture, whose seed is the user's."""
+
+
+@dataclass(frozen=True)
+class Complexity:
+    """Complexity of what is seen, per pixel of ``view.grid`` (H, W); all pixels of a block share its values."""
+
+    shape_entropy: Floats
+    """Bits."""
+    face_entropy: Floats
+    """Bits."""
+    shape_gini: Floats
+    face_gini: Floats
+    distinct: Floats
+    """How many different shapes the rays of the block hit (a miss is one)."""
+    viewpoint: Floats
+    """C(V) of the paper with shapes as surfaces and the block as image."""
+    rays: int
+    """Pilot rays per pixel."""
+
+
+def measure_complexity(view: View, sampler: Any, seed: int, rays: int, block: int = 1) -> Complexity:
+    """Trace ``rays`` pilot rays per pixel and measure the complexity of blocks of ``block`` x ``block`` pixels.
+
+    Where the image is no multiple of the block, its last pixels are looked at again to fill the blocks at the edge.
+    """
+    height, width = view.grid
+    rows, columns = -(-height // block), -(-width // block)
+    shape, face = hits(view, sampler, seed, rays, block, rows, columns)
+    per_block = rays * block * block
+    same_shape = np.asarray(multiplicity(shape, per_block).numpy()).reshape(rows, columns, per_block)
+    same_face = np.asarray(multiplicity(face, per_block).numpy()).reshape(rows, columns, per_block)
+    hit = (np.asarray(shape.numpy()) != MISS).reshape(rows, columns, per_block)
+    visible = np.rint(np.where(hit, 1.0 / same_shape, 0.0).sum(axis=-1))
+
+    def expand(values: Floats) -> Floats:
+        return values.repeat(block, axis=0).repeat(block, axis=1)[:height, :width]
+
+    return Complexity(
+        shape_entropy=expand(complexity.ray_entropy(same_shape)),
+        face_entropy=expand(complexity.ray_entropy(same_face)),
+        shape_gini=expand(complexity.ray_gini(same_shape)),
+        face_gini=expand(complexity.ray_gini(same_face)),
+        distinct=expand(complexity.ray_distinct(same_shape)),
+        viewpoint=expand(visible / max(len(view.scene.shapes()), 1) + hit.mean(axis=-1)),
+        rays=rays,
+    )
+
+
+MISS = 0
+"""Shape ID of a ray that hits nothing; hits never have it."""
+
+
+def hits(view: View, sampler: Any, seed: int, rays: int, block: int, rows: int, columns: int) -> tuple[Any, Any]:
+    """Return shape and face ID (mi.UInt32) of every pilot ray, ordered by block, then pixel of the block, then ray."""
+    per_block = rays * block * block
+    lane = dr.arange(mi.UInt32, rows * columns * per_block)
+    group, within = divide(lane, per_block)
+    pixel_in_block, ray_index = divide(within, rays)
+    group_row, group_column = divide(group, columns)
+    row_in_block, column_in_block = divide(pixel_in_block, block)
+    last_row, last_column, side = (dr.opaque(mi.UInt32, n) for n in (view.grid[0] - 1, view.grid[1] - 1, block))
+    row = dr.minimum(group_row * side + row_in_block, last_row)
+    column = dr.minimum(group_column * side + column_in_block, last_column)
+    sampler.seed_samples(seed + SEED_OFFSET, divide(lane, rays)[0], ray_index)
+    ray, _, _ = camera_ray(view, sampler, row, column)
+    found = view.scene.ray_intersect_preliminary(ray, coherent=True)
+    instance, shape = (dr.reinterpret_array(mi.UInt32, pointer) for pointer in (found.instance, found.shape))
+    shape_id = mix(shape + mix(instance)) | 1  # odd: never MISS
+    face_id = mix(shape_id ^ mix(found.prim_index)) | 1
+    shape_id, face_id = (dr.select(found.is_valid(), number, MISS) for number in (shape_id, face_id))
+    dr.eval(shape_id, face_id)
+    return shape_id, face_id
+
+
+def multiplicity(ids: Any, group: int) -> Any:
+    """Return for each ID (mi.UInt32) how many of the ``group`` consecutive IDs it belongs to are equal to it."""
+    start = divide(dr.arange(mi.UInt32, dr.width(ids)), group)[0] * dr.opaque(mi.UInt32, group)
+    end = start + dr.opaque(mi.UInt32, group)
+
+    def step(other: Any, equal: Any) -> tuple[Any, Any]:
+        same = dr.gather(mi.UInt32, ids, other) == ids
+        return other + 1, equal + dr.select(same, mi.UInt32(1), mi.UInt32(0))
+
+    _, equal = dr.while_loop((start, dr.zeros(mi.UInt32, dr.width(ids))), lambda other, _: other < end, step)
+    return equal

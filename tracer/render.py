@@ -1,0 +1,207 @@
+"""The loop: look, decide, draw, and again with what was learned."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
+
+from tracer import backend, budget, criteria, draw, objective, pilot
+from tracer.estimate import Estimate, Statistics
+from tracer.result import Report, Result, Round
+from tracer.scene import Size, View, open_scene
+from tracer.score import luminance
+from tracer.settings import Settings, make_settings
+
+
+@dataclass(frozen=True)
+class Progress:
+    """What a progress callback is told after every pass."""
+
+    done: int
+    """Samples drawn."""
+    total: int
+    """Samples of the whole budget."""
+    seconds: float
+    """Since the start."""
+
+
+ProgressCallback = Callable[[Progress], bool | None]
+"""Called after every pass; return False to stop with what there is."""
+
+
+def render(
+    scene: Any,
+    *,
+    integrator: Any = None,
+    sensor: int = 0,
+    size: Size = None,
+    progress: ProgressCallback | None = None,
+    **settings: Any,
+) -> Result:
+    """Render ``scene`` (path of an XML file, dictionary, or ``mi.Scene``) and return picture, counts and errors.
+
+    Further keywords are those of ``tracer.settings.Settings``: spp, seed, criterion, objective, pilot_spp, min_spp,
+    max_spp, block; where the scene's integrator is ``adaptive``, its parameters are the defaults. Sets the Mitsuba
+    variant ``llvm_ad_rgb`` unless one is active. Raises the errors of ``tracer.errors``.
+    """
+    backend.activate()
+    with open_scene(scene, sensor, integrator, size) as view:
+        return render_view(view, make_settings(**{**view.settings, **settings}), progress)
+
+
+def render_view(view: View, settings: Settings, progress: ProgressCallback | None = None) -> Result:
+    """Render an open scene; see ``render``."""
+    with dr.suspend_grad():
+        return Rendering(view, settings, progress).run()
+
+
+class Rendering:
+    """One render under way."""
+
+    def __init__(self, view: View, settings: Settings, progress: ProgressCallback | None) -> None:
+        self.view, self.settings, self.progress = view, settings, progress
+        self.criterion = criteria.get(settings.criterion)
+        self.report = Report(settings)
+        self.sampler = mi.load_dict({"type": "owen_sobol"})
+        self.estimate = Estimate(view)
+        self.generator = np.random.default_rng(np.random.SeedSequence([settings.seed, 1]))
+        self.total = settings.spp * view.pixel_count
+        self.drawn = np.zeros(view.grid, np.uint32)
+        self.done = 0
+        self.start = time.perf_counter()
+
+    def run(self) -> Result:
+        """Run all rounds and develop the picture."""
+        complexity = self.look()
+        before: Statistics | None = None
+        known: Statistics | None = None
+        for goal in self.goals():
+            allocation = self.allocate(complexity, known, before, goal)
+            self.draw_round(allocation)
+            if not self.report.complete:
+                break
+            if self.criterion.needs_radiance and goal < self.total:
+                before, known = known, self.timed("seconds_statistics", self.estimate.statistics)
+        return self.develop(complexity)
+
+    def timed(self, name: str, function: Callable[..., Any], *arguments: Any) -> Any:
+        """Call a function and add its seconds to the field ``name`` of the report."""
+        start = time.perf_counter()
+        result = function(*arguments)
+        setattr(self.report, name, getattr(self.report, name) + time.perf_counter() - start)
+        return result
+
+    def look(self) -> pilot.Complexity | None:
+        """Trace the pilot rays, if the criterion wants them."""
+        if not self.criterion.needs_pilot:
+            return None
+        settings = self.settings
+        arguments = (self.view, self.sampler, settings.seed, settings.pilot_rays, settings.block)
+        return self.timed("seconds_pilot", pilot.measure_complexity, *arguments)
+
+    def goals(self) -> list[int]:
+        """Return the samples drawn in all after each round: doubling from the pilot, for criteria that learn."""
+        if not self.criterion.needs_radiance:
+            return [self.total]
+        goals = [self.settings.pilot_samples]
+        while goals[-1] * 2 <= self.settings.spp:
+            goals.append(goals[-1] * 2)
+        goals[-1] = self.settings.spp
+        return [goal * self.view.pixel_count for goal in goals]
+
+    def allocate(
+        self, complexity: pilot.Complexity | None, known: Statistics | None, before: Statistics | None, goal: int
+    ) -> NDArray[np.uint32]:
+        """Return how many samples each pixel is to have when ``goal`` are drawn."""
+        start = time.perf_counter()
+        if known is None and self.criterion.needs_radiance:
+            return np.full(self.view.grid, goal // self.view.pixel_count, np.uint32)
+        evidence = criteria.Evidence(
+            complexity=complexity,
+            statistics=known,
+            before=before,
+            weight=self.weight(known),
+            colour_channels=self.view.colour_channels,
+            goal=goal,
+        )
+        importance = self.criterion.importance(evidence)
+        lower = np.maximum(self.drawn, self.settings.least_samples)
+        target = budget.fill(importance, goal, lower, self.settings.most_samples)
+        allocation = budget.round_to_total(target, goal, self.generator)
+        self.report.seconds_deciding += time.perf_counter() - start
+        return allocation
+
+    def weight(self, known: Statistics | None) -> NDArray[np.float64]:
+        """Return the objective's weight of each pixel, from a mean smoothed as the film's filter will smooth it."""
+        if known is None:
+            return np.ones(self.view.grid)
+        brightness = luminance(known.mean[..., : self.view.colour_channels])
+        return objective.weights(self.settings.objective, gaussian_filter(brightness, 1.0, mode="nearest"))
+
+    def draw_round(self, allocation: NDArray[np.uint32]) -> None:
+        """Draw what ``allocation`` has beyond what is drawn, pass by pass."""
+        start = time.perf_counter()
+        counts = allocation - self.drawn
+        seed = mi.UInt32(self.settings.seed)
+        scale = dr.opaque(mi.Float, self.settings.spp**-0.5)
+        for window in draw.windows(counts.ravel(), self.drawn.ravel()):
+            pass_start = time.perf_counter()
+            pixel, index = draw.lane_pixels(window)
+            samples = draw.draw(self.view, self.sampler, seed, pixel, index, scale)
+            dr.eval(samples.values, samples.position)
+            dr.sync_thread()
+            self.report.seconds_drawing += time.perf_counter() - pass_start
+            self.timed("seconds_statistics", self.add, window, samples)
+            if not self.go_on(window.sample_count):
+                break
+        self.drawn = allocation
+        seconds = time.perf_counter() - start
+        self.report.rounds.append(Round(int(counts.sum()), int(allocation.min()), int(allocation.max()), seconds))
+
+    def add(self, window: draw.Window, samples: draw.Samples) -> None:
+        """Add a pass to the estimate and wait for it."""
+        self.estimate.add(window, samples)
+        dr.sync_thread()
+
+    def go_on(self, drawn: int) -> bool:
+        """Tell the caller of progress; return whether to continue."""
+        self.done += drawn
+        if self.progress is None:
+            return True
+        if self.progress(Progress(self.done, self.total, time.perf_counter() - self.start)) is not False:
+            return True
+        self.report.complete = self.done >= self.total
+        return False
+
+    def develop(self, complexity: pilot.Complexity | None) -> Result:
+        """Return the picture and all that is known about it."""
+        image, stderr = self.timed("seconds_statistics", self.estimate.develop)
+        statistics = self.estimate.statistics()
+        invalid = int(statistics.invalid.sum())
+        if invalid:
+            empty = int(np.count_nonzero((statistics.count == 0) & (statistics.invalid > 0)))
+            self.report.notes.append(
+                f"{invalid} samples in {np.count_nonzero(statistics.invalid)} pixels were not finite and are left out; "
+                f"{empty} pixels have no other sample and are black."
+            )
+        if not self.report.complete:
+            self.report.notes.append(f"Stopped after {self.done} of {self.total} samples.")
+        inner = self.view.inner
+        entropy = np.zeros(self.view.grid) if complexity is None else complexity.shape_entropy
+        return Result(
+            image=image.astype(np.float32),
+            samples=statistics.count[inner],
+            stderr=stderr.astype(np.float32),
+            complexity=entropy[inner].astype(np.float32),
+            channels=list(self.view.channels),
+            seconds=time.perf_counter() - self.start,
+            report=self.report,
+        )

@@ -1,0 +1,104 @@
+"""What a render returns."""
+
+from __future__ import annotations
+
+import base64
+import io
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer.settings import Settings
+
+
+@dataclass(frozen=True)
+class Round:
+    """One round of samples: what was asked for and what it took."""
+
+    samples: int
+    least: int
+    """Fewest samples that any pixel has after the round, and most."""
+    most: int
+    seconds: float
+
+
+@dataclass
+class Report:
+    """What was decided, and why, and what it took. Seconds are wall-clock seconds."""
+
+    settings: Settings
+    rounds: list[Round] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    """Sentences for a person: fallbacks, samples that were not finite, an interruption."""
+    complete: bool = True
+    """False if the render was stopped before its budget was spent."""
+    seconds_drawing: float = 0.0
+    """Of this, drawing the samples of the picture; the rest is overhead."""
+    seconds_pilot: float = 0.0
+    seconds_deciding: float = 0.0
+    """Importance and allocation."""
+    seconds_statistics: float = 0.0
+    """Adding samples to the estimate, and developing the image."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain numbers, strings, lists and dictionaries, for JSON."""
+        plain = {name: getattr(self, name) for name in vars(self) if name not in ("settings", "rounds")}
+        return {"settings": self.settings.model_dump(), "rounds": [vars(one) for one in self.rounds], **plain}
+
+
+@dataclass(frozen=True)
+class Result:
+    """A picture and what is known about it."""
+
+    image: NDArray[np.float32]
+    """(H, W, C), linear, channels as ``channels`` names them."""
+    samples: NDArray[np.uint32]
+    """(H, W): samples of each pixel, those left out as not finite not counted."""
+    stderr: NDArray[np.float32]
+    """(H, W, C): estimated standard error of ``image``."""
+    complexity: NDArray[np.float32]
+    """(H, W): entropy in bits of the shape IDs that pilot rays hit; zeros if the criterion needs no pilot."""
+    channels: list[str]
+    seconds: float
+    """Wall-clock seconds from the first pilot ray to the developed image."""
+    report: Report
+
+    def _repr_html_(self) -> str:
+        """Show picture and sample counts side by side in Jupyter."""
+        pictures = "".join(
+            f'<figure style="display:inline-block;margin:4px"><img src="data:image/png;base64,{data}">'
+            f"<figcaption>{caption}</figcaption></figure>"
+            for caption, data in (
+                (f"{self.report.settings.spp} spp, {self.seconds:.1f} s", as_png(display(self.image))),
+                (f"samples per pixel, {self.samples.min()} to {self.samples.max()}", as_png(heat(self.samples))),
+            )
+        )
+        return f"<div>{pictures}</div>"
+
+
+def display(image: NDArray) -> NDArray[np.float64]:
+    """Return an image (H, W, C) as a screen shows it: RGB in [0, 1], encoded as sRGB. Alpha and AOVs are left out."""
+    from tracer.score import encode_srgb
+
+    colour = image[..., :3] if image.shape[-1] >= 3 else image[..., :1].repeat(3, axis=-1)
+    return encode_srgb(colour)
+
+
+def heat(values: NDArray) -> NDArray[np.float64]:
+    """Return counts (H, W) as a colour map (H, W, 3), logarithmic, dark for few."""
+    import matplotlib
+
+    logarithm = np.log2(np.maximum(values.astype(np.float64), 1e-6))
+    span = max(float(np.ptp(logarithm)), 1e-6)
+    return matplotlib.colormaps["magma"]((logarithm - logarithm.min()) / span)[..., :3]
+
+
+def as_png(picture: NDArray[np.float64]) -> str:
+    """Return a picture in [0, 1] as a PNG in base64."""
+    from matplotlib.image import imsave
+
+    stream = io.BytesIO()
+    imsave(stream, np.clip(picture, 0, 1), format="png")
+    return base64.b64encode(stream.getvalue()).decode()

@@ -1,0 +1,220 @@
+"""Open a scene and find what a render needs of it: sensor, film, filter, integrator, channels."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+
+from tracer.errors import SceneError, SettingsError
+from tracer.load_error import load_error
+
+Size = int | tuple[int, int] | None
+"""Width (the height follows the film's aspect), or (width, height), or None for the film's own."""
+
+
+@dataclass(frozen=True)
+class View:
+    """A scene seen by one sensor through one integrator. Pixels are counted row by row over ``grid``."""
+
+    scene: Any
+    sensor: Any
+    integrator: Any
+    settings: dict[str, Any]
+    """Settings that the scene itself asks for: those of its integrator, where that is ``adaptive``."""
+
+    @cached_property
+    def film(self) -> Any:
+        """The film of the sensor."""
+        return self.sensor.film()
+
+    @cached_property
+    def size(self) -> tuple[int, int]:
+        """(height, width) of the image: the film's crop window."""
+        width, height = self.film.crop_size()
+        return int(height), int(width)
+
+    @cached_property
+    def border(self) -> int:
+        """Pixels sampled outside each side of the image, because the film asks for ``sample_border``."""
+        return int(self.film.rfilter().border_size()) if self.film.sample_border() else 0
+
+    @cached_property
+    def grid(self) -> tuple[int, int]:
+        """(height, width) of the pixels that are sampled: the image and its border."""
+        return self.size[0] + 2 * self.border, self.size[1] + 2 * self.border
+
+    @property
+    def inner(self) -> tuple[slice, slice]:
+        """The image within the grid."""
+        return slice(self.border, self.border + self.size[0]), slice(self.border, self.border + self.size[1])
+
+    @property
+    def pixel_count(self) -> int:
+        """Number of pixels that are sampled."""
+        return self.grid[0] * self.grid[1]
+
+    @cached_property
+    def grid_origin(self) -> Any:
+        """Film coordinates (x, y) of the first pixel of the grid."""
+        return mi.ScalarVector2i(self.film.crop_offset()) - self.border
+
+    @cached_property
+    def pixel_format(self) -> Any:
+        """Pixel format of the film, as ``mi.Bitmap.PixelFormat``."""
+        self.film.prepare([])
+        return self.film.bitmap().pixel_format()
+
+    @cached_property
+    def channels(self) -> list[str]:
+        """Names of the channels of the image, in the order of ``mi.render``."""
+        formats = mi.Bitmap.PixelFormat
+        base = {
+            formats.Y: ["Y"],
+            formats.YA: ["Y", "A"],
+            formats.RGB: ["R", "G", "B"],
+            formats.RGBA: ["R", "G", "B", "A"],
+            formats.XYZ: ["X", "Y", "Z"],
+            formats.XYZA: ["X", "Y", "Z", "A"],
+        }[self.pixel_format]
+        return base + list(self.integrator.aov_names())
+
+    @cached_property
+    def colour_channels(self) -> int:
+        """How many of the channels, from the first, are colour: what decisions look at."""
+        return 3 if self.channels[0] in "RX" else 1
+
+    def to_channels(self, spectrum: Any, valid: Any, wavelengths: Any) -> list[Any]:
+        """Convert weighted radiance to the film's channels (mi.Float each), without AOVs."""
+        if mi.is_polarized:
+            spectrum = mi.unpolarized_spectrum(spectrum)
+        if mi.is_spectral:
+            rgb = mi.spectrum_to_srgb(spectrum, wavelengths)
+        elif mi.is_monochromatic:
+            rgb = mi.Color3f(spectrum.x)
+        else:
+            rgb = spectrum
+        formats = mi.Bitmap.PixelFormat
+        if self.pixel_format in (formats.Y, formats.YA):
+            colour = [mi.luminance(rgb)]
+        elif self.pixel_format in (formats.XYZ, formats.XYZA):
+            colour = list(mi.srgb_to_xyz(rgb))
+        else:
+            colour = [rgb.x, rgb.y, rgb.z]
+        has_alpha = self.pixel_format in (formats.YA, formats.RGBA, formats.XYZA)
+        return colour + ([dr.select(valid, mi.Float(1), mi.Float(0))] if has_alpha else [])
+
+
+@contextmanager
+def open_scene(source: Any, sensor: Any = 0, integrator: Any = None, size: Size = None) -> Iterator[View]:
+    """Open ``source`` as a View; a variant must be active. A film that is resized gets its own size back at the end.
+
+    ``source``: path of a Mitsuba XML file, a dictionary, or an ``mi.Scene``. ``integrator``: plugin name, dictionary
+    or ``mi.Integrator`` instead of the scene's; ``sensor``: number or ``mi.Sensor``. Files and dictionaries are loaded with ``optimize=False``, since
+    Mitsuba otherwise merges meshes and their shapes could not be told apart; an ``mi.Scene`` is taken as it is.
+    Raises SceneError or SettingsError.
+    """
+    scene = load(source)
+    if scene.class_name() != "Scene":
+        raise SceneError(f"{describe(source)} holds a {scene.class_name()}, not a scene; wrap it in <scene>.")
+    sensors = scene.sensors()
+    if not sensors:
+        raise SceneError(f"{describe(source)} has no sensor; add one, for example <sensor type=\"perspective\">.")
+    if isinstance(sensor, int) and not 0 <= sensor < len(sensors):
+        raise SettingsError(f"There is no sensor {sensor}: {describe(source)} has {len(sensors)}, counted from 0.")
+    chosen = sensors[sensor] if isinstance(sensor, int) else sensor
+    asked = make_integrator(integrator if integrator is not None else scene.integrator())
+    view = View(scene, chosen, require_nestable(getattr(asked, "nested", asked)), getattr(asked, "settings", {}))
+    if mi.has_flag(chosen.film().flags(), mi.FilmFlags.Special):
+        raise SceneError(f"Film '{chosen.film().class_name()}' is not supported; use an 'hdrfilm'.")
+    original = resize_film(chosen, size)
+    try:
+        yield view
+    finally:
+        restore_film(chosen, original)
+
+
+def describe(source: Any) -> str:
+    """Return how a message names a source."""
+    return f"'{source}'" if isinstance(source, str | Path) else "the scene"
+
+
+def load(source: Any) -> Any:
+    """Load a path or dictionary with Mitsuba, or pass an object through."""
+    if isinstance(source, str | Path):
+        path = Path(source)
+        if not path.exists():
+            raise SceneError(f"There is no scene file '{path}'.")
+        if not path.is_file():
+            raise SceneError(f"'{path}' is a folder, not a scene file.")
+        try:
+            return mi.load_file(str(path), optimize=False)
+        except (RuntimeError, ValueError) as error:
+            raise load_error(describe(source), error) from None
+    if isinstance(source, dict):
+        try:
+            return mi.load_dict(source, optimize=False)
+        except (RuntimeError, ValueError, TypeError) as error:
+            raise load_error(describe(source), error) from None
+    if hasattr(source, "class_name"):
+        return source
+    raise SceneError(f"A scene is a path, a dictionary or an mi.Scene, not {type(source).__name__}.")
+
+
+def make_integrator(wanted: Any) -> Any:
+    """Return an integrator from a plugin name, dictionary or ``mi.Integrator``; a path tracer where there is none."""
+    if wanted is None:
+        wanted = "path"
+    if isinstance(wanted, str):
+        wanted = {"type": wanted}
+    if not isinstance(wanted, dict):
+        return wanted
+    try:
+        return mi.load_dict(wanted)
+    except (RuntimeError, ValueError, TypeError) as error:
+        raise load_error("The integrator", error) from None
+
+
+def require_nestable(integrator: Any) -> Any:
+    """Return ``integrator`` if samples can be drawn from it pixel by pixel, else raise SettingsError."""
+    if not isinstance(integrator, mi.SamplingIntegrator):
+        name = integrator.class_name() if hasattr(integrator, "class_name") else type(integrator).__name__
+        raise SettingsError(
+            f"Integrator '{name}' cannot be sampled pixel by pixel, so it cannot be rendered adaptively; "
+            "use one that follows camera rays, such as 'path', 'volpath', 'direct' or 'prb'."
+        )
+    return integrator
+
+
+def resize_film(sensor: Any, size: Size) -> dict[str, Any]:
+    """Give the film another size; its crop window is scaled with it. Returns what was there before."""
+    if size is None:
+        return {}
+    parameters = mi.traverse(sensor)
+    names = ("film.size", "film.crop_size", "film.crop_offset")
+    original = {name: parameters[name] for name in names}
+    old_width, old_height = (int(x) for x in original["film.size"])
+    width, height = (size, max(1, round(old_height * size / old_width))) if isinstance(size, int) else size
+    if width < 1 or height < 1:
+        raise SettingsError(f"The size must be at least 1 pixel a side, not {width} x {height}.")
+    scale = (width / old_width, height / old_height)
+    parameters["film.size"] = [width, height]
+    for name, least in (("film.crop_size", 1), ("film.crop_offset", 0)):
+        parameters[name] = [max(least, round(int(x) * s)) for x, s in zip(original[name], scale, strict=True)]
+    parameters.update()
+    return original
+
+
+def restore_film(sensor: Any, original: dict[str, Any]) -> None:
+    """Undo ``resize_film``."""
+    if original:
+        parameters = mi.traverse(sensor)
+        for name, value in original.items():
+            parameters[name] = value
+        parameters.update()

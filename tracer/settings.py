@@ -1,0 +1,107 @@
+"""What a person can choose about a render, checked before anything is traced."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+
+from tracer import criteria
+from tracer.errors import SettingsError
+from tracer.load_error import nearest
+from tracer.objective import OBJECTIVES
+
+
+class Settings(BaseModel):
+    """Settings of a render. The parameters of the plugin ``adaptive`` have the same names."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    spp: int = Field(64, ge=1, le=2**24)
+    """Mean samples per pixel: the budget, pilot included."""
+    seed: int = Field(0, ge=0, lt=2**32)
+    criterion: str = "fused"
+    """Where it is worth it: a name of ``tracer.criteria``; "uniform" gives every pixel the same."""
+    objective: str = "relative"
+    """Which error is to be small: absolute, relative or display."""
+    pilot_spp: int | None = Field(None, ge=1)
+    """Rays per pixel that look first: ID rays, and samples of the first round. None chooses by the budget."""
+    min_spp: int | None = Field(None, ge=1)
+    """Least samples of any pixel. None: a quarter of spp for criteria without radiance, else the pilot."""
+    max_spp: int | None = Field(None, ge=1)
+    """Most samples of any pixel. None: 32 times spp."""
+    block: int = Field(1, ge=1, le=64)
+    """Side in pixels of the squares over which the complexity of IDs is measured."""
+
+    @field_validator("criterion")
+    @classmethod
+    def known_criterion(cls, name: str) -> str:
+        """Reject a criterion that is not registered."""
+        return known(name, "criterion", criteria.names())
+
+    @field_validator("objective")
+    @classmethod
+    def known_objective(cls, name: str) -> str:
+        """Reject an objective that does not exist."""
+        return known(name, "objective", list(OBJECTIVES))
+
+    @model_validator(mode="after")
+    def bounds_hold(self) -> Settings:
+        """Reject bounds that no allocation of the budget can meet."""
+        if self.min_spp is not None and self.min_spp > self.spp:
+            raise ValueError(f"min_spp ({self.min_spp}) must not exceed spp ({self.spp})")
+        if self.max_spp is not None and self.max_spp < self.spp:
+            raise ValueError(f"max_spp ({self.max_spp}) must not be below spp ({self.spp})")
+        if self.pilot_spp is not None and self.pilot_spp > self.spp:
+            raise ValueError(f"pilot_spp ({self.pilot_spp}) must not exceed spp ({self.spp})")
+        return self
+
+
+    @property
+    def pilot_samples(self) -> int:
+        """Samples per pixel of the first round of a criterion that learns from radiance."""
+        return self.pilot_spp or min(self.spp, max(4, min(16, self.spp // 8)))
+
+    @property
+    def pilot_rays(self) -> int:
+        """ID rays per pixel."""
+        return self.pilot_spp or 4
+
+    @property
+    def least_samples(self) -> int:
+        """Least samples of any pixel."""
+        return self.min_spp or max(1, min(self.spp, self.spp // 4))
+
+    @property
+    def most_samples(self) -> int:
+        """Most samples of any pixel."""
+        return self.max_spp or 32 * self.spp
+
+
+def known(name: str, what: str, names: list[str]) -> str:
+    """Return ``name`` if it is one of ``names``; else raise ValueError with the nearest."""
+    if name in names:
+        return name
+    hint = nearest(name, names)
+    listed = ", ".join(sorted(names))
+    raise ValueError(f"there is no {what} '{name}'" + (f", did you mean '{hint}'?" if hint else "") + f" There are: {listed}")
+
+
+def make_settings(**values: Any) -> Settings:
+    """Return checked settings. Raises SettingsError with one sentence that names the setting."""
+    try:
+        return Settings(**values)
+    except ValidationError as error:
+        raise SettingsError("; ".join(explain(detail) for detail in error.errors()) + ".") from None
+
+
+def explain(detail: Any) -> str:
+    """Return one of pydantic's complaints as a clause that names the setting, the rule and the value."""
+    name = ".".join(str(part) for part in detail["loc"])
+    if detail["type"] == "extra_forbidden":
+        hint = nearest(name, list(Settings.model_fields))
+        return f"there is no setting '{name}'" + (f", did you mean '{hint}'?" if hint else "")
+    message = detail["msg"].removeprefix("Value error, ")
+    if detail["type"] == "value_error":
+        return message
+    return f"{name}: {message[0].lower()}{message[1:]} (was {detail['input']!r})"

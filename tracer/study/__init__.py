@@ -1,0 +1,1 @@
+"""Studies: scenes, methods, budgets and seeds, measured side by side."""
