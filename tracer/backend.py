@@ -11,6 +11,7 @@ import ctypes
 import importlib
 import importlib.metadata
 import os
+import platform
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -132,3 +133,20 @@ def activate(variant: str | None = None) -> str:
         require_usable(loaded_library())
     importlib.import_module("tracer.plugins")
     return wanted
+
+
+def processor() -> str:
+    """Return the name of the processor, for a table that names its machine."""
+    information = Path("/proc/cpuinfo")
+    if information.exists():
+        for line in information.read_text().splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor() or platform.machine()
+
+
+def thread_count() -> int:
+    """Return the number of threads that Dr.Jit renders with."""
+    import drjit
+
+    return int(drjit.thread_count())

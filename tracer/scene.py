@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import drjit as dr
@@ -14,6 +13,7 @@ import mitsuba as mi
 
 from tracer.errors import SceneError, SettingsError
 from tracer.load_error import load_error
+from tracer.source import LOAD_ERRORS, describe, load
 
 Size = int | tuple[int, int] | None
 """Width (the height follows the film's aspect), or (width, height), or None for the film's own."""
@@ -116,9 +116,7 @@ def open_scene(source: Any, sensor: Any = 0, integrator: Any = None, size: Size 
     """Open ``source`` as a View; a variant must be active. A film that is resized gets its own size back at the end.
 
     ``source``: path of a Mitsuba XML file, a dictionary, or an ``mi.Scene``. ``integrator``: plugin name, dictionary
-    or ``mi.Integrator`` instead of the scene's; ``sensor``: number or ``mi.Sensor``. Files and dictionaries are loaded with ``optimize=False``, since
-    Mitsuba otherwise merges meshes and their shapes could not be told apart; an ``mi.Scene`` is taken as it is.
-    Raises SceneError or SettingsError.
+    or ``mi.Integrator`` instead of the scene's; ``sensor``: number or ``mi.Sensor``. Raises SceneError or SettingsError.
     """
     scene = load(source)
     if scene.class_name() != "Scene":
@@ -140,33 +138,6 @@ def open_scene(source: Any, sensor: Any = 0, integrator: Any = None, size: Size 
         restore_film(chosen, original)
 
 
-def describe(source: Any) -> str:
-    """Return how a message names a source."""
-    return f"'{source}'" if isinstance(source, str | Path) else "the scene"
-
-
-def load(source: Any) -> Any:
-    """Load a path or dictionary with Mitsuba, or pass an object through."""
-    if isinstance(source, str | Path):
-        path = Path(source)
-        if not path.exists():
-            raise SceneError(f"There is no scene file '{path}'.")
-        if not path.is_file():
-            raise SceneError(f"'{path}' is a folder, not a scene file.")
-        try:
-            return mi.load_file(str(path), optimize=False)
-        except (RuntimeError, ValueError) as error:
-            raise load_error(describe(source), error) from None
-    if isinstance(source, dict):
-        try:
-            return mi.load_dict(source, optimize=False)
-        except (RuntimeError, ValueError, TypeError) as error:
-            raise load_error(describe(source), error) from None
-    if hasattr(source, "class_name"):
-        return source
-    raise SceneError(f"A scene is a path, a dictionary or an mi.Scene, not {type(source).__name__}.")
-
-
 def make_integrator(wanted: Any) -> Any:
     """Return an integrator from a plugin name, dictionary or ``mi.Integrator``; a path tracer where there is none."""
     if wanted is None:
@@ -177,7 +148,7 @@ def make_integrator(wanted: Any) -> Any:
         return wanted
     try:
         return mi.load_dict(wanted)
-    except (RuntimeError, ValueError, TypeError) as error:
+    except LOAD_ERRORS as error:
         raise load_error("The integrator", error) from None
 
 

@@ -1,0 +1,37 @@
+"""Command ``demo``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tracer.cli import options
+
+
+def demo(
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the picture and the table.")] = Path("."),
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
+) -> None:
+    """Render a bundled scene uniformly and adaptively at the same number of samples, and show what it bought.
+
+    Leaves tracer-demo.png and tracer-demo.md in the current folder. Example: tracer demo
+    """
+    from tracer import files
+
+    files.check_folder(output)
+    picture, table = output / "tracer-demo.png", output / "tracer-demo.md"
+    for path in (picture, table):
+        files.check_output(path, overwrite, (path.suffix,))
+
+    from tracer.cli.progress import steps
+    from tracer.cli.show import comparison_table
+    from tracer.study.demo import run_demo
+
+    with steps(quiet) as progress:
+        rows = run_demo(picture, table, progress)
+    if not quiet:
+        comparison_table(rows)
+        typer.echo(f"Picture: {picture}\nTable:   {table}")

@@ -1,0 +1,39 @@
+"""Command ``info``."""
+
+from __future__ import annotations
+
+import typer
+
+
+def info() -> None:
+    """Print what a bug report needs: versions, the LLVM file, variant, threads, where the bundled scenes are.
+
+    Example: tracer info
+    """
+    import os
+    import platform
+
+    from tracer import backend
+    from tracer.metadata import version
+
+    variant = backend.activate()
+    import drjit as dr
+    import mitsuba as mi
+
+    from tracer import scenes
+
+    library = backend.loaded_library()
+    rows = {
+        "tracer": version(),
+        "mitsuba": mi.__version__,
+        "drjit": dr.__version__,
+        "python": platform.python_version(),
+        "system": platform.platform(),
+        "processor": backend.processor(),
+        "variant": variant,
+        "llvm": f"{'.'.join(map(str, library.version))} ({library.path})",
+        "threads": f"{backend.thread_count()} of {os.cpu_count()} processors",
+        "scenes": os.path.dirname(scenes.__file__),
+    }
+    for name, value in rows.items():
+        typer.echo(f"{name:10} {value}")

@@ -1,0 +1,18 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+SceneFile = Annotated[Path, typer.Argument(help="Mitsuba scene file (XML).", show_default=False)]
+Seed = Annotated[int, typer.Option(help="Seed of the samples.")]
+Criterion = Annotated[str, typer.Option(help="Where it is worth it: fused, variance, shape_entropy, ...")]
+Objective = Annotated[str, typer.Option(help="Which error is to be small: relative, absolute or display.")]
+Integrator = Annotated[str | None, typer.Option(help="Plugin to use instead of the scene's integrator.")]
+Sensor = Annotated[int, typer.Option(help="Number of the scene's sensor, from 0.")]
+Width = Annotated[int | None, typer.Option(help="Width in pixels instead of the scene's; the aspect is kept.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]

@@ -1,0 +1,148 @@
+"""Files: always whole or not at all. One EXR with named layers, PNG for looking at."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer.errors import OutputError
+from tracer.result import Result, display
+
+IMAGE_SUFFIXES = (".exr", ".png")
+
+
+def check_output(path: Path, overwrite: bool = False, suffixes: tuple[str, ...] = IMAGE_SUFFIXES) -> Path:
+    """Return ``path`` if a file can be written there, else raise OutputError. Call it before the work, not after."""
+    if suffixes and path.suffix.lower() not in suffixes:
+        raise OutputError(f"'{path}' must end in {' or '.join(suffixes)}.")
+    check_folder(path.parent)
+    if path.is_dir():
+        raise OutputError(f"'{path}' is a folder; name a file in it.")
+    if path.exists() and not overwrite:
+        raise OutputError(f"'{path}' exists; choose another name, or --overwrite to replace it.")
+    return path
+
+
+def check_folder(folder: Path) -> Path:
+    """Return ``folder`` if files can be written in it, else raise OutputError."""
+    if not folder.is_dir():
+        raise OutputError(f"There is no folder '{folder}'; create it first.")
+    try:
+        with tempfile.TemporaryFile(dir=folder):
+            return folder
+    except OSError as error:
+        raise OutputError(f"Cannot write in folder '{folder}': {error.strerror}.") from None
+
+
+def prepare_folder(folder: Path, overwrite: bool, results: tuple[str, ...]) -> None:
+    """Make ``folder`` ready for results, creating it in a folder that exists. Raises OutputError.
+
+    It is refused if any of the files ``results`` is there already, unless they may be overwritten.
+    """
+    if not folder.exists():
+        check_folder(folder.parent)
+        folder.mkdir()
+    check_folder(folder)
+    existing = next((name for name in results if (folder / name).exists()), None)
+    if existing is not None and not overwrite:
+        raise OutputError(f"'{folder / existing}' exists; choose another folder, or --overwrite to replace it.")
+
+
+@contextmanager
+def whole(path: Path) -> Iterator[Path]:
+    """Yield a temporary name beside ``path``, which replaces it when the block ends well and vanishes when not."""
+    temporary = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+    try:
+        yield temporary
+        os.replace(temporary, path)
+    except OSError as error:
+        raise OutputError(f"Cannot write '{path}': {error.strerror or error}.") from None
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file."""
+    with whole(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def write_result(path: Path, result: Result, metadata: dict[str, Any]) -> None:
+    """Write a result: all layers with ``metadata`` as EXR, or the picture alone, as a screen shows it, as PNG."""
+    if path.suffix.lower() == ".png":
+        write_png(path, display(result.image))
+    else:
+        names, values = layers(result)
+        write_exr(path, names, values, metadata)
+
+
+def layers(result: Result) -> tuple[list[str], NDArray[np.float32]]:
+    """Return channel names and values (H, W, N) of the EXR of a result.
+
+    The image under its own names, then ``samples.Y``, ``stderr.`` with the names of the image, ``complexity.Y``. Counts
+    are exact up to 2^24, as float32 holds them.
+    """
+    names = [*result.channels, "samples.Y", *(f"stderr.{name}" for name in result.channels), "complexity.Y"]
+    single = result.samples[..., None].astype(np.float32), result.complexity[..., None]
+    return names, np.concatenate([result.image, single[0], result.stderr, single[1]], axis=-1, dtype=np.float32)
+
+
+def write_exr(path: Path, names: list[str], values: NDArray[np.float32], metadata: dict[str, Any]) -> None:
+    """Write channels (H, W, N) as one float32 EXR; entries of ``metadata`` become attributes ``tracer:NAME``."""
+    import OpenImageIO as oiio
+
+    height, width, count = values.shape
+    specification = oiio.ImageSpec(width, height, count, "float")
+    specification.channelnames = tuple(names)
+    specification.attribute("compression", "zip")
+    for name, value in metadata.items():
+        plain = value if isinstance(value, str | int | float) else json.dumps(value)
+        specification.attribute(f"tracer:{name}", plain)
+    write_with_openimageio(path, specification, values)
+
+
+def write_png(path: Path, picture: NDArray) -> None:
+    """Write a picture (H, W, 3) in [0, 1], already encoded for the screen, as 8-bit PNG."""
+    import OpenImageIO as oiio
+
+    height, width, count = picture.shape
+    values = np.rint(np.clip(picture, 0, 1) * 255).astype(np.uint8)
+    write_with_openimageio(path, oiio.ImageSpec(width, height, count, "uint8"), values)
+
+
+def write_with_openimageio(path: Path, specification: Any, values: NDArray) -> None:
+    """Write an array as the format that the suffix of ``path`` names."""
+    import OpenImageIO as oiio
+
+    with whole(path) as temporary:
+        output = oiio.ImageOutput.create(str(temporary))
+        if output is None or not output.open(str(temporary), specification):
+            raise OutputError(f"Cannot write '{path}': {oiio.geterror()}.")
+        written = output.write_image(np.ascontiguousarray(values))
+        if not (output.close() and written):
+            raise OutputError(f"Cannot write '{path}': {output.geterror()}.")
+
+
+def read_exr(path: Path) -> tuple[list[str], NDArray[np.float32], dict[str, Any]]:
+    """Return channel names, values (H, W, N) and our metadata of an image file. Raises OutputError if unreadable."""
+    import OpenImageIO as oiio
+
+    source = oiio.ImageInput.open(str(path))
+    if source is None:
+        raise OutputError(f"Cannot read '{path}': {oiio.geterror()}.")
+    try:
+        specification = source.spec()
+        values = np.asarray(source.read_image("float"))
+        attributes = {item.name: item.value for item in specification.extra_attribs}
+    finally:
+        source.close()
+    own = {name.removeprefix("tracer:"): value for name, value in attributes.items() if name.startswith("tracer:")}
+    return list(specification.channelnames), values.reshape(specification.height, specification.width, -1), own

@@ -1,0 +1,33 @@
+"""What is written beside a picture so that it can be made again."""
+
+from __future__ import annotations
+
+import importlib.metadata
+from typing import Any
+
+import mitsuba as mi
+
+from tracer.result import Result
+
+
+def version() -> str:
+    """Return the version of tracer."""
+    return importlib.metadata.version("tracer")
+
+
+def metadata(result: Result, scene_hash: str) -> dict[str, Any]:
+    """Return version, scene, settings and outcome as plain values."""
+    settings = result.report.settings
+    return {
+        "version": version(),
+        "mitsuba": mi.__version__,
+        "variant": mi.variant(),
+        "scene_hash": scene_hash,
+        "spp": settings.spp,
+        "seed": settings.seed,
+        "criterion": settings.criterion,
+        "objective": settings.objective,
+        "seconds": result.seconds,
+        "complete": int(result.report.complete),
+        "report": result.report.as_dict(),
+    }

@@ -1,0 +1,85 @@
+"""Where a scene comes from: a file, a dictionary or a loaded scene; and what identifies its content."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from typing import Any
+
+import mitsuba as mi
+
+from tracer.errors import SceneError
+from tracer.load_error import load_error
+
+LOAD_ERRORS = (RuntimeError, ValueError, TypeError)
+"""What Mitsuba raises for a scene it cannot load."""
+
+
+def describe(source: Any) -> str:
+    """Return how a message names a source."""
+    return f"'{source}'" if isinstance(source, str | Path) else "the scene"
+
+
+def load(source: Any, sampler: str | None = None, merge_meshes: bool = False) -> Any:
+    """Return the ``mi.Scene`` of a path or dictionary; an object is passed through. Raises SceneError.
+
+    Meshes of one material are not merged, as ``mi.load_file`` does by default, so that shapes can be told apart.
+    ``sampler`` names a plugin to take the place of every sampler of the scene.
+    """
+    if not isinstance(source, str | Path | dict):
+        if not hasattr(source, "class_name"):
+            raise SceneError(f"A scene is a path, a dictionary or an mi.Scene, not {type(source).__name__}.")
+        return source
+    config, state = parse(source)
+    config.merge_meshes = merge_meshes
+    for node in state.nodes:
+        if sampler is not None and node.type == mi.ObjectType.Sampler:
+            node.props.set_plugin_name(sampler)
+    try:
+        mi.parser.transform_all(config, state)
+        return mi.parser.instantiate(config, state)
+    except LOAD_ERRORS as error:
+        raise load_error(describe(source), error) from None
+
+
+def parse(source: str | Path | dict[str, Any]) -> tuple[Any, Any]:
+    """Return Mitsuba's parser configuration and the parsed scene, not yet made into objects. Raises SceneError."""
+    config = mi.parser.ParserConfig(mi.variant())
+    config.parallel = False  # loading Python plugins in parallel can deadlock
+    if isinstance(source, dict):
+        try:
+            return config, mi.parser.parse_dict(config, source)
+        except LOAD_ERRORS as error:
+            raise load_error(describe(source), error) from None
+    path = Path(source)
+    if not path.exists():
+        raise SceneError(f"There is no scene file '{path}'.")
+    if not path.is_file():
+        raise SceneError(f"'{path}' is a folder, not a scene file.")
+    try:
+        return config, mi.parser.parse_file(config, str(path))
+    except LOAD_ERRORS as error:
+        raise load_error(describe(source), error) from None
+
+
+def fingerprint(source: Any) -> str:
+    """Return a hash (hexadecimal, 16 digits) of what a scene consists of.
+
+    For a path: its XML, all files it includes, and the content of every file it names (meshes, textures, volumes). For
+    a dictionary: the same after parsing. For a loaded scene: what it prints of itself, which leaves out mesh data.
+    """
+    digest = hashlib.sha256()
+    if not isinstance(source, str | Path | dict):
+        digest.update(str(source).encode())
+        return digest.hexdigest()[:16]
+    _, state = parse(source)
+    folders = [Path(str(file)).parent for file in state.files] or [Path.cwd()]
+    for file in state.files:
+        digest.update(Path(str(file)).read_bytes())
+    for node in state.nodes:
+        for name, value in node.props.items():
+            digest.update(f"{node.props.plugin_name()} {name} {value}\n".encode() if isinstance(source, dict) else b"")
+            if isinstance(value, str):
+                named = next((folder / value for folder in folders if (folder / value).is_file()), None)
+                digest.update(named.read_bytes() if named else b"")
+    return digest.hexdigest()[:16]

@@ -1,0 +1,47 @@
+"""Pictures of a comparison."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer import files, score
+from tracer.result import display
+
+Panel = tuple[str, NDArray, bool]
+"""Caption; picture (H, W, C) linear, or values (H, W); whether values are shown on a logarithmic scale."""
+
+
+def relative_error(image: NDArray, reference: NDArray) -> NDArray[np.float64]:
+    """Return the relative error of each pixel (H, W): root mean square over channels, over the reference's luminance."""
+    squared = np.mean((np.asarray(image, np.float64) - reference) ** 2, axis=-1)
+    return np.sqrt(squared / (score.luminance(reference) ** 2 + score.EPSILON))
+
+
+def write_panels(path: Path, panels: Sequence[Panel], title: str, error_top: float | None = None) -> None:
+    """Write panels in a row, each with its caption; values get a colour bar, errors (0 to ``error_top``) a common one."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.colors import LogNorm, Normalize
+    from matplotlib.figure import Figure
+
+    height, width = panels[0][1].shape[:2]
+    inches = 3.2
+    figure = Figure(figsize=(inches * len(panels), inches * height / width + 0.95), layout="constrained", dpi=110)
+    FigureCanvasAgg(figure)
+    figure.suptitle(title, fontsize=11)
+    for k, (caption, values, logarithmic) in enumerate(panels):
+        axes = figure.add_subplot(1, len(panels), k + 1)
+        axes.set_title(caption, fontsize=9)
+        axes.set_axis_off()
+        if values.ndim == 3:
+            axes.imshow(display(values), interpolation="nearest")
+            continue
+        norm = LogNorm(max(values.min(), 1), max(values.max(), 2)) if logarithmic else Normalize(0, error_top)
+        shown = axes.imshow(values, cmap="magma", norm=norm, interpolation="nearest")
+        bar = figure.colorbar(shown, ax=axes, orientation="horizontal", shrink=0.9, pad=0.02, aspect=30)
+        bar.ax.tick_params(labelsize=7)
+    with files.whole(path) as temporary:
+        figure.savefig(temporary, format="png")

@@ -1,0 +1,121 @@
+"""Tables of a comparison: rows of plain values, as text, Markdown or JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tracer.study.compare import BASELINE, Interval, Measurement, interval
+
+
+@dataclass(frozen=True)
+class Row:
+    """One method on one scene at one budget, over all seeds."""
+
+    scene: str
+    spp: int
+    method: str
+    mse: float
+    relative_mse: float
+    psnr: float
+    ssim: float
+    samples: int
+    seconds: float
+    gain_samples: Interval
+    """Relative MSE of uniform over that of the method, per sample used."""
+    gain_time: Interval
+    """The same per second: the error is taken to fall as one over the time."""
+
+
+def rows(measurements: Sequence[Measurement]) -> list[Row]:
+    """Return a row per scene, budget and method, in the order in which they were measured."""
+    groups: dict[tuple[str, int, str], list[Measurement]] = {}
+    for one in measurements:
+        groups.setdefault((one.scene, one.spp, one.method), []).append(one)
+    return [summarise(group, groups[scene, spp, BASELINE]) for (scene, spp, _), group in groups.items()]
+
+
+def summarise(group: Sequence[Measurement], baseline: Sequence[Measurement]) -> Row:
+    """Return the row of one method; ``baseline`` has the same seeds in the same order."""
+
+    def mean(name: str) -> float:
+        return float(np.mean([getattr(one, name) for one in group]))
+
+    pairs = list(zip(baseline, group, strict=True))
+    by_samples = [(u.relative_mse * u.samples) / (m.relative_mse * m.samples) for u, m in pairs]
+    by_time = [(u.relative_mse * u.seconds) / (m.relative_mse * m.seconds) for u, m in pairs]
+    first = group[0]
+    return Row(
+        first.scene,
+        first.spp,
+        first.method,
+        mean("mse"),
+        mean("relative_mse"),
+        mean("psnr"),
+        mean("ssim"),
+        round(mean("samples")),
+        mean("seconds"),
+        interval(by_samples),
+        interval(by_time),
+    )
+
+
+def overall(table: Sequence[Row]) -> list[tuple[int, str, Interval, Interval]]:
+    """Return the geometric means of both gains over scenes, per budget and method, with intervals over scenes."""
+    groups: dict[tuple[int, str], list[Row]] = {}
+    for row in table:
+        groups.setdefault((row.spp, row.method), []).append(row)
+    return [
+        (spp, method, interval([r.gain_samples.mean for r in group]), interval([r.gain_time.mean for r in group]))
+        for (spp, method), group in groups.items()
+    ]
+
+
+HEADINGS = ("scene", "spp", "method", "relMSE", "MSE", "PSNR", "SSIM", "samples", "seconds", "gain, samples", "gain, time")
+
+
+def cells(row: Row) -> list[str]:
+    """Return a row as text."""
+    return [
+        row.scene,
+        str(row.spp),
+        row.method,
+        f"{row.relative_mse:.3g}",
+        f"{row.mse:.3g}",
+        f"{row.psnr:.2f}",
+        f"{row.ssim:.4f}",
+        f"{row.samples / 1e6:.2f} M",
+        f"{row.seconds:.2f}",
+        bounds(row.gain_samples),
+        bounds(row.gain_time),
+    ]
+
+
+def bounds(value: Interval) -> str:
+    """Return an interval as text."""
+    if np.isnan(value.low):
+        return f"{value.mean:.2f}"
+    return f"{value.mean:.2f} [{value.low:.2f}, {value.high:.2f}]"
+
+
+def markdown(table: Sequence[Row]) -> str:
+    """Return the table, and the means over scenes below it, as Markdown."""
+    lines = ["| " + " | ".join(HEADINGS) + " |", "|" + "---|" * len(HEADINGS)]
+    lines += ["| " + " | ".join(cells(row)) + " |" for row in table]
+    lines += ["", markdown_overall(table)]
+    return "\n".join(lines)
+
+
+def markdown_overall(table: Sequence[Row]) -> str:
+    """Return the means over scenes as Markdown."""
+    scenes = len({row.scene for row in table})
+    head = [f"Geometric mean of the gain over uniform, {scenes} scenes, 95 % interval over scenes:", ""]
+    lines = [*head, "| spp | method | equal samples | equal time |", "|---|---|---|---|"]
+    lines += [
+        f"| {spp} | {method} | {bounds(samples)} | {bounds(seconds)} |"
+        for spp, method, samples, seconds in overall(table)
+        if method != BASELINE
+    ]
+    return "\n".join(lines) + "\n"
