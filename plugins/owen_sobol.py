@@ -34,6 +34,7 @@ import mitsuba as mi
 
 from tracer.hashing import GOLDEN_RATIO, mix
 
+
 def scramble_reversed(x: mi.UInt32, seed: mi.UInt32) -> mi.UInt32:
     """Return the Owen scramble of a number whose bits are reversed (every bit depends on lower bits only)."""
     x = x ^ (x * 0x3D20ADEA)

@@ -120,7 +120,7 @@ def spheres_and_rods(rng: random.Random) -> list[str]:
         return max([r, *(bz + math.sqrt(g) for bz, g in gaps if g > 0.0)])
 
     for i in range(220):
-        r, spread = 0.07 * 2.6 ** rng.random(), 0.75 if i < 190 else 1.9
+        r, spread = 0.07 * 2.6 ** rng.random(), 0.62 if i < 190 else 1.9
         tries = [(rng.gauss(0.0, spread * 1.25), rng.gauss(0.0, spread)) for _ in range(5)]
         z, x, y = min((rest(x, y, r), x, y) for x, y in tries)
         balls.append((x, y, z, r))
@@ -155,10 +155,10 @@ def many_lights(rng: random.Random) -> list[str]:
     for i in range(72):
         x = 1.3 * (i % 9 - 4) + rng.uniform(-0.4, 0.4)
         y = 1.5 * (i // 9 - 3) + rng.uniform(-0.5, 0.5)
-        z, radius = rng.uniform(2.0, 2.9), rng.uniform(0.035, 0.07)
+        z, radius = rng.uniform(1.7, 2.9), rng.uniform(0.05, 0.1)
         hue = rng.choice([0.0, 0.08, 0.1, 0.12, 0.4, 0.55, 0.62, 0.85]) + rng.uniform(-0.03, 0.03)
-        red, green, blue = colorsys.hsv_to_rgb(hue % 1.0, 0.65, 1.0)
-        scale = rng.uniform(0.04, 0.16) / radius**2
+        red, green, blue = colorsys.hsv_to_rgb(hue % 1.0, 0.75, 1.0)
+        scale = rng.uniform(0.1, 0.42) / radius**2
         out.append(lamp(f"lamp_{i}", (x, y, z), radius, (scale * red, scale * green, scale * blue)))
         out.append(rod(f"wire_{i}", (x, y, z + radius), (x, y, 6.0), 0.008, "wire"))
     return out

@@ -33,6 +33,9 @@ class Progress:
     """Since the start."""
 
 
+LEAST_GAIN = 1.05
+"""An allocation that is predicted to gain less than this over uniform is not worth its overhead and its risk."""
+
 ProgressCallback = Callable[[Progress], bool | None]
 """Called after every pass; return False to stop with what there is."""
 
@@ -133,6 +136,8 @@ class Rendering:
             goal=goal,
         )
         importance = self.criterion.importance(evidence)
+        if self.criterion.needs_radiance and predicted_gain(importance) < LEAST_GAIN:
+            importance = np.ones_like(importance)
         lower = np.maximum(self.drawn, self.settings.least_samples)
         target = budget.fill(importance, goal, lower, self.settings.most_samples)
         allocation = budget.round_to_total(target, goal, self.generator)
@@ -205,3 +210,9 @@ class Rendering:
             seconds=time.perf_counter() - self.start,
             report=self.report,
         )
+
+
+def predicted_gain(importance: NDArray[np.float64]) -> float:
+    """Return the gain over uniform sampling if importance is the standard deviation, 1 + CV^2 (Neyman, 1934)."""
+    mean = float(importance.mean())
+    return float(np.mean(importance**2)) / mean**2 if mean > 0 else 1.0

@@ -123,7 +123,7 @@ def open_scene(source: Any, sensor: Any = 0, integrator: Any = None, size: Size 
         raise SceneError(f"{describe(source)} holds a {scene.class_name()}, not a scene; wrap it in <scene>.")
     sensors = scene.sensors()
     if not sensors:
-        raise SceneError(f"{describe(source)} has no sensor; add one, for example <sensor type=\"perspective\">.")
+        raise SceneError(f'{describe(source)} has no sensor; add one, for example <sensor type="perspective">.')
     if isinstance(sensor, int) and not 0 <= sensor < len(sensors):
         raise SettingsError(f"There is no sensor {sensor}: {describe(source)} has {len(sensors)}, counted from 0.")
     chosen = sensors[sensor] if isinstance(sensor, int) else sensor

@@ -25,9 +25,9 @@ class Settings(BaseModel):
     objective: str = "relative"
     """Which error is to be small: absolute, relative or display."""
     pilot_spp: int | None = Field(None, ge=1)
-    """Rays per pixel that look first: ID rays, and samples of the first round. None chooses by the budget."""
+    """Rays per pixel that look first: ID rays, and samples of the first round. None: 4."""
     min_spp: int | None = Field(None, ge=1)
-    """Least samples of any pixel. None: a quarter of spp for criteria without radiance, else the pilot."""
+    """Least samples of any pixel. None: an eighth of spp."""
     max_spp: int | None = Field(None, ge=1)
     """Most samples of any pixel. None: 32 times spp."""
     block: int = Field(1, ge=1, le=64)
@@ -56,11 +56,10 @@ class Settings(BaseModel):
             raise ValueError(f"pilot_spp ({self.pilot_spp}) must not exceed spp ({self.spp})")
         return self
 
-
     @property
     def pilot_samples(self) -> int:
         """Samples per pixel of the first round of a criterion that learns from radiance."""
-        return self.pilot_spp or min(self.spp, max(4, min(16, self.spp // 8)))
+        return self.pilot_spp or min(self.spp, 4)
 
     @property
     def pilot_rays(self) -> int:
@@ -70,7 +69,7 @@ class Settings(BaseModel):
     @property
     def least_samples(self) -> int:
         """Least samples of any pixel."""
-        return self.min_spp or max(1, min(self.spp, self.spp // 4))
+        return self.min_spp or max(1, self.spp // 8)
 
     @property
     def most_samples(self) -> int:
@@ -84,7 +83,9 @@ def known(name: str, what: str, names: list[str]) -> str:
         return name
     hint = nearest(name, names)
     listed = ", ".join(sorted(names))
-    raise ValueError(f"there is no {what} '{name}'" + (f", did you mean '{hint}'?" if hint else "") + f" There are: {listed}")
+    raise ValueError(
+        f"there is no {what} '{name}'" + (f", did you mean '{hint}'?" if hint else "") + f" There are: {listed}"
+    )
 
 
 def make_settings(**values: Any) -> Settings:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -36,10 +38,25 @@ def load(source: Any, sampler: str | None = None, merge_meshes: bool = False) ->
         if sampler is not None and node.type == mi.ObjectType.Sampler:
             node.props.set_plugin_name(sampler)
     try:
-        mi.parser.transform_all(config, state)
-        return mi.parser.instantiate(config, state)
+        with files_beside(source):
+            mi.parser.transform_all(config, state)
+            return mi.parser.instantiate(config, state)
     except LOAD_ERRORS as error:
         raise load_error(describe(source), error) from None
+
+
+@contextmanager
+def files_beside(source: str | Path | dict[str, Any]) -> Iterator[None]:
+    """Let Mitsuba find meshes and textures in the folder of a scene file, as ``mi.load_file`` does."""
+    before = mi.file_resolver()
+    if not isinstance(source, dict):
+        resolver = mi.FileResolver(before)
+        resolver.prepend(str(Path(source).resolve().parent))
+        mi.set_file_resolver(resolver)
+    try:
+        yield
+    finally:
+        mi.set_file_resolver(before)
 
 
 def parse(source: str | Path | dict[str, Any]) -> tuple[Any, Any]:

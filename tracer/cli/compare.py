@@ -14,7 +14,9 @@ def compare(
     scenes: Annotated[list[Path], typer.Argument(help="Mitsuba scene files (XML).", show_default=False)],
     spp: Annotated[list[int] | None, typer.Option(help="Mean samples per pixel; several may follow. [64]")] = None,
     seeds: Annotated[int, typer.Option(help="How many seeds, from 0.", min=1)] = 5,
-    criterion: Annotated[list[str] | None, typer.Option(help="Criteria to compare; several may follow. [fused]")] = None,
+    criterion: Annotated[
+        list[str] | None, typer.Option(help="Criteria to compare; several may follow. [fused]")
+    ] = None,
     objective: options.Objective = "relative",
     integrator: options.Integrator = None,
     sensor: options.Sensor = 0,

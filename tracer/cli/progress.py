@@ -24,8 +24,11 @@ def watch(title: str, quiet: bool = False) -> Iterator[ProgressCallback]:
     with steps(quiet) as step:
 
         def passed(progress: Passed) -> bool | None:
-            return step(f"{title}: {progress.done / 1e6:.1f} of {progress.total / 1e6:.1f} M samples",
-                        progress.done, progress.total)
+            return step(
+                f"{title}: {progress.done / 1e6:.1f} of {progress.total / 1e6:.1f} M samples",
+                progress.done,
+                progress.total,
+            )
 
         yield passed
 

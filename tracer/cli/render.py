@@ -39,10 +39,10 @@ def render(
     optional = {"pilot_spp": pilot_spp, "min_spp": min_spp, "max_spp": max_spp}
     settings |= {"block": block} | {name: value for name, value in optional.items() if value is not None}
 
+    from tracer.metadata import metadata
     from tracer.render import render as render_scene
     from tracer.settings import make_settings
     from tracer.source import fingerprint
-    from tracer.metadata import metadata
 
     make_settings(**settings)
     with watch("Rendering", quiet) as progress:

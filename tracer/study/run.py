@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from tracer import backend, files
 from tracer.errors import SettingsError
 from tracer.metadata import version
-from tracer.render import Progress, ProgressCallback
+from tracer.render import Progress
 from tracer.scene import open_scene
 from tracer.settings import make_settings
 from tracer.study.compare import BASELINE, STOCK_SAMPLERS, Measurement, measure
@@ -80,35 +80,43 @@ def run_comparison(
     for scene in scenes:
         name = scene_name(scene)
         truth = make_reference(comparison, scene, name, progress)
-        images: dict[str, NDArray[np.float32]] = {}
-        methods = len({BASELINE, *comparison.criteria}) + len(STOCK_SAMPLERS)
-        total = methods * len(comparison.spps) * comparison.seeds
-        before = len(measurements)
-
-        def done(one: Measurement, image: NDArray[np.float32]) -> bool | None:
-            measurements.append(one)
-            images.setdefault(f"{one.method} {one.spp}", image)
-            if progress is None:
-                return True
-            return progress(f"{name}: {one.method}, {one.spp} spp", len(measurements) - before, total)
-
-        measure(
-            scene,
-            name,
-            truth.image,
-            comparison.spps,
-            comparison.seeds,
-            comparison.criteria,
-            integrator=comparison.integrator,
-            sensor=comparison.sensor,
-            size=comparison.size,
-            objective=comparison.objective,
-            done=done,
-        )
+        measured, images = measure_scene(comparison, scene, name, truth, progress)
+        measurements += measured
         if output is not None:
             write_tables(output, comparison, measurements)
             write_picture(output / f"{name}.png", name, comparison, images, truth)
     return rows(measurements)
+
+
+def measure_scene(
+    comparison: Comparison, scene: Path, name: str, truth: Reference, progress: StepCallback | None
+) -> tuple[list[Measurement], dict[str, NDArray[np.float32]]]:
+    """Return the measurements of a scene, and the first picture of every method and budget as "METHOD SPP"."""
+    images: dict[str, NDArray[np.float32]] = {}
+    methods = len({BASELINE, *comparison.criteria}) + len(STOCK_SAMPLERS)
+    total = methods * len(comparison.spps) * comparison.seeds
+    count = 0
+
+    def done(one: Measurement, image: NDArray[np.float32]) -> bool | None:
+        nonlocal count
+        count += 1
+        images.setdefault(f"{one.method} {one.spp}", image)
+        return None if progress is None else progress(f"{name}: {one.method}, {one.spp} spp", count, total)
+
+    measurements = measure(
+        scene,
+        name,
+        truth.image,
+        comparison.spps,
+        comparison.seeds,
+        comparison.criteria,
+        integrator=comparison.integrator,
+        sensor=comparison.sensor,
+        size=comparison.size,
+        objective=comparison.objective,
+        done=done,
+    )
+    return measurements, images
 
 
 def make_reference(comparison: Comparison, scene: Path, name: str, progress: StepCallback | None) -> Reference:

@@ -73,7 +73,8 @@ def overall(table: Sequence[Row]) -> list[tuple[int, str, Interval, Interval]]:
     ]
 
 
-HEADINGS = ("scene", "spp", "method", "relMSE", "MSE", "PSNR", "SSIM", "samples", "seconds", "gain, samples", "gain, time")
+SCORES = ("relMSE", "MSE", "PSNR", "SSIM")
+HEADINGS = ("scene", "spp", "method", *SCORES, "samples", "seconds", "gain, samples", "gain, time")
 
 
 def cells(row: Row) -> list[str]:
