@@ -20,18 +20,18 @@ def fill(importance: ArrayLike, total: float, lower: ArrayLike, upper: ArrayLike
     weights = np.asarray(importance, np.float64)
     if not np.all(np.isfinite(weights)) or np.any(weights < 0):
         raise ValueError("importance must be finite and not negative")
-    lower = np.broadcast_to(np.asarray(lower, np.float64), weights.shape)
-    upper = np.maximum(np.broadcast_to(np.asarray(upper, np.float64), weights.shape), lower)
+    least = np.broadcast_to(np.asarray(lower, np.float64), weights.shape)
+    most = np.maximum(np.broadcast_to(np.asarray(upper, np.float64), weights.shape), least)
     slack = 1e-9 * max(total, 1.0)
-    if lower.sum() > total + slack or upper.sum() < total - slack:
+    if least.sum() > total + slack or most.sum() < total - slack:
         raise BudgetError(
             f"No allocation of {total:.0f} samples fits: the bounds on the samples per pixel ask for at least "
-            f"{lower.sum():.0f} and at most {upper.sum():.0f}; change spp, min_spp or max_spp."
+            f"{least.sum():.0f} and at most {most.sum():.0f}; change spp, min_spp or max_spp."
         )
     peak = weights.max(initial=0.0)
     # A pixel of no importance takes samples only when all others are full.
     weights = weights / peak + 1e-12 if peak > 0 else np.ones_like(weights)
-    return np.clip(solve_level(weights, total, lower, upper) * weights, lower, upper)
+    return np.clip(solve_level(weights, total, least, most) * weights, least, most)
 
 
 def solve_level(weights: Floats, total: float, lower: Floats, upper: Floats) -> float:

@@ -9,6 +9,7 @@ one pixel in order, no two lanes write to one place and the split into passes ca
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from math import ceil
 from typing import Any
@@ -18,7 +19,7 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.draw import Samples, Window
+from tracer.draw import Samples, Window, divide
 from tracer.scene import View
 
 Floats = NDArray[np.float64]
@@ -106,27 +107,37 @@ class Estimate:
         variance = deviation / np.maximum(count[..., None].astype(np.int64) - 1, 1)
         return Statistics(count, to_host(self.invalid, shape), mean, variance)
 
-    def develop(self) -> tuple[Floats, Floats]:
+    def develop(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return the image (H, W, C) and the standard error of each of its values, both without the border.
 
         Image: sum over pixels i in reach of A_i / n_i, divided by the same sum of B_i / n_i, with A and B the sums of
-        weight x channel and of weight over the n_i samples of i. Its variance is the sum of s_i^2 / n_i times the square
-        of the share that i has in the image's pixel.
+        weight x channel and of weight over the n_i samples of i. Its variance is the sum of s_i^2 / n_i times the
+        square of the share that i has in the image's pixel.
         """
-        statistics = self.statistics()
-        count = np.maximum(statistics.count, 1)
-        of_mean = statistics.variance / count[..., None]
-        total, weight, variance = (np.zeros_like(statistics.mean) for _ in range(3))
-        offsets = [(y, x) for y in range(-self.reach, self.reach + 1) for x in range(-self.reach, self.reach + 1)]
-        for offset, sums in zip(offsets, self.footprint, strict=True):
-            share = to_host(sums[-1], self.view.grid) / count
-            for channel, channel_sums in enumerate(sums[:-1]):
-                add_shifted(total[..., channel], to_host(channel_sums, self.view.grid) / count, offset)
-            add_shifted(weight, share[..., None], offset)
-            add_shifted(variance, share[..., None] ** 2 * of_mean, offset)
-        weight[weight == 0] = 1
-        inner = self.view.inner
-        return (total / weight)[inner], (np.sqrt(variance) / np.abs(weight))[inner]
+        (grid_height, grid_width), border = self.view.grid, self.view.border
+        row, column = divide(dr.arange(mi.UInt32, self.view.size[0] * self.view.size[1]), self.view.size[1])
+        corner = mi.Point2i(mi.Int32(column), mi.Int32(row)) + border
+        channels = len(self.mean)
+        total, variance = ([mi.Float(0) for _ in range(channels)] for _ in range(2))
+        weight = mi.Float(0)
+        offsets = itertools.product(range(-self.reach, self.reach + 1), repeat=2)
+        for (down, right), sums in zip(offsets, self.footprint, strict=True):
+            source = corner - mi.ScalarPoint2i(right, down)
+            inside = (source.x >= 0) & (source.y >= 0) & (source.x < grid_width) & (source.y < grid_height)
+            pixel = mi.UInt32(source.y * grid_width + source.x)
+            count = mi.Float(dr.gather(mi.UInt32, self.count, pixel, inside))
+            per_sample = dr.select(count > 0, dr.rcp(count), 0)
+            per_degree = dr.select(count > 1, dr.rcp(count - 1), 0)
+            share = dr.gather(mi.Float, sums[-1], pixel, inside) * per_sample
+            weight += share
+            for channel in range(channels):
+                total[channel] += dr.gather(mi.Float, sums[channel], pixel, inside) * per_sample
+                deviation = mi.Float(dr.gather(mi.Float64, self.deviation[channel], pixel, inside))
+                variance[channel] += dr.square(share) * deviation * per_degree * per_sample
+        scale = dr.select(weight == 0, 0, dr.rcp(weight))
+        image, stderr = [channel * scale for channel in total], [dr.sqrt(v) * dr.abs(scale) for v in variance]
+        dr.eval(image, stderr)
+        return to_image(image, self.view.size), to_image(stderr, self.view.size)
 
 
 def gather_tree(target: Any, pixel: Any) -> Any:
@@ -146,9 +157,6 @@ def to_host(array: Any, shape: tuple[int, int]) -> NDArray:
     return np.asarray(array.numpy()).reshape(shape)
 
 
-def add_shifted(target: NDArray, source: NDArray, offset: tuple[int, int]) -> None:
-    """Add ``source`` to ``target`` (both (H, W, ...)), moved down and right by ``offset``, in place."""
-    (down, right), (height, width) = offset, source.shape[:2]
-    rows, columns = slice(max(0, down), height + min(0, down)), slice(max(0, right), width + min(0, right))
-    from_rows, from_columns = slice(max(0, -down), height - max(0, down)), slice(max(0, -right), width - max(0, right))
-    target[rows, columns] += source[from_rows, from_columns]
+def to_image(channels: list[Any], size: tuple[int, int]) -> NDArray[np.float32]:
+    """Return device arrays, one a channel, as one NumPy array (H, W, C)."""
+    return np.stack([to_host(channel, size) for channel in channels], axis=-1)

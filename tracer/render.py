@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import ceil, log
 from typing import Any
 
 import drjit as dr
@@ -35,6 +36,9 @@ class Progress:
 
 LEAST_GAIN = 1.05
 """An allocation that is predicted to gain less than this over uniform is not worth its overhead and its risk."""
+
+GROWTH = 2.0
+"""After a round there are at most this many times the samples that were there before it."""
 
 ProgressCallback = Callable[[Progress], bool | None]
 """Called after every pass; return False to stop with what there is."""
@@ -111,21 +115,24 @@ class Rendering:
         return self.timed("seconds_pilot", pilot.measure_complexity, *arguments)
 
     def goals(self) -> list[int]:
-        """Return the samples drawn in all after each round: doubling from the pilot, for criteria that learn."""
-        if not self.criterion.needs_radiance:
+        """Return the samples drawn in all after each round.
+
+        A criterion that learns gets two equal rounds, the same for all pixels, and then as few as grow by no more than
+        GROWTH. Others have one round.
+        """
+        spp, pilot = self.settings.spp, self.settings.pilot_samples
+        if not self.criterion.needs_radiance or spp <= 2 * pilot:
             return [self.total]
-        goals = [self.settings.pilot_samples]
-        while goals[-1] * 2 <= self.settings.spp:
-            goals.append(goals[-1] * 2)
-        goals[-1] = self.settings.spp
-        return [goal * self.view.pixel_count for goal in goals]
+        rounds = ceil(log(spp / (2 * pilot)) / log(GROWTH) - 1e-9)
+        later = [2 * pilot * (spp / (2 * pilot)) ** ((k + 1) / rounds) for k in range(rounds)]
+        return [round(goal * self.view.pixel_count) for goal in (pilot, 2 * pilot, *later)]
 
     def allocate(
         self, complexity: pilot.Complexity | None, known: Statistics | None, before: Statistics | None, goal: int
     ) -> NDArray[np.uint32]:
         """Return how many samples each pixel is to have when ``goal`` are drawn."""
         start = time.perf_counter()
-        if known is None and self.criterion.needs_radiance:
+        if before is None and self.criterion.needs_radiance:
             return np.full(self.view.grid, goal // self.view.pixel_count, np.uint32)
         evidence = criteria.Evidence(
             complexity=complexity,
@@ -202,9 +209,9 @@ class Rendering:
         inner = self.view.inner
         entropy = np.zeros(self.view.grid) if complexity is None else complexity.shape_entropy
         return Result(
-            image=image.astype(np.float32),
+            image=image,
             samples=statistics.count[inner],
-            stderr=stderr.astype(np.float32),
+            stderr=stderr,
             complexity=entropy[inner].astype(np.float32),
             channels=list(self.view.channels),
             seconds=time.perf_counter() - self.start,

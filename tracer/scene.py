@@ -116,7 +116,8 @@ def open_scene(source: Any, sensor: Any = 0, integrator: Any = None, size: Size 
     """Open ``source`` as a View; a variant must be active. A film that is resized gets its own size back at the end.
 
     ``source``: path of a Mitsuba XML file, a dictionary, or an ``mi.Scene``. ``integrator``: plugin name, dictionary
-    or ``mi.Integrator`` instead of the scene's; ``sensor``: number or ``mi.Sensor``. Raises SceneError or SettingsError.
+    or ``mi.Integrator`` instead of the scene's; ``sensor``: number or ``mi.Sensor``. Raises SceneError or
+    SettingsError.
     """
     scene = load(source)
     if scene.class_name() != "Scene":

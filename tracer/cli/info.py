@@ -10,6 +10,7 @@ def info() -> None:
 
     Example: tracer info
     """
+    import importlib
     import os
     import platform
 
@@ -19,8 +20,6 @@ def info() -> None:
     variant = backend.activate()
     import drjit as dr
     import mitsuba as mi
-
-    from tracer import scenes
 
     library = backend.loaded_library()
     rows = {
@@ -33,7 +32,7 @@ def info() -> None:
         "variant": variant,
         "llvm": f"{'.'.join(map(str, library.version))} ({library.path})",
         "threads": f"{backend.thread_count()} of {os.cpu_count()} processors",
-        "scenes": os.path.dirname(scenes.__file__),
+        "scenes": importlib.import_module("tracer.scenes").__path__[0],
     }
     for name, value in rows.items():
         typer.echo(f"{name:10} {value}")

@@ -25,6 +25,8 @@ from tracer.criteria.registry import Evidence, Floats, criterion
 from tracer.estimate import Statistics
 from tracer.pilot import Complexity
 
+Singles = NDArray[np.float32]
+
 FINE = (0.5, 1.0)
 """Standard deviations in pixels of the narrow Gaussians over which variances are smoothed."""
 COARSE = (5, 9)
@@ -45,13 +47,13 @@ def fused(evidence: Evidence) -> Floats:
     if known is None or before is None or evidence.complexity is None:
         return np.ones_like(evidence.weight)
     observed, valid = error_of_means(before, known, evidence.weight, evidence.colour_channels)
-    past = predictors(before, evidence)
-    chosen = np.flatnonzero(valid.ravel())[:: max(1, valid.size // FIT_PIXELS)]
+    chosen = np.flatnonzero(valid)[:: max(1, valid.size // FIT_PIXELS)]
     if len(chosen) == 0:
         return np.ones_like(evidence.weight)
-    coefficients = fit(past[chosen], observed.ravel()[chosen])
-    predicted = predictors(known, evidence) @ coefficients
-    return np.sqrt(np.maximum(predicted, SMALLEST * predicted.mean())).reshape(evidence.weight.shape)
+    past = np.stack([column.ravel()[chosen] for column in predictors(before, evidence)], axis=-1)
+    coefficients = fit(past.astype(np.float64), observed.ravel()[chosen])
+    predicted = combine(predictors(known, evidence), coefficients)
+    return np.sqrt(np.maximum(predicted, SMALLEST * predicted.mean()))
 
 
 def error_of_means(
@@ -71,32 +73,48 @@ def error_of_means(
     return np.where(valid, per_sample * weight, 0.0), valid
 
 
-def predictors(statistics: Statistics, evidence: Evidence) -> Floats:
-    """Return the predictors of the error of each pixel, (H * W, K), all of them non-negative variances."""
+def combine(columns: list[Singles], coefficients: Floats) -> Floats:
+    """Return the sum of columns (H, W) times coefficients."""
+    total = np.zeros(columns[0].shape)
+    for column, coefficient in zip(columns, coefficients, strict=True):
+        if coefficient > 0:
+            total += coefficient * column
+    return total
+
+
+def predictors(statistics: Statistics, evidence: Evidence) -> list[Singles]:
+    """Return the K predictors of the error of each pixel, (H, W) each, all of them non-negative variances."""
     assert evidence.complexity is not None
     channels, weight = evidence.colour_channels, evidence.weight
-    variance = statistics.variance[..., :channels].mean(axis=-1) * weight
+    variance = (statistics.variance[..., :channels].mean(axis=-1) * weight).astype(np.float32)
     fine = [gaussian_filter(variance, deviation, mode="nearest") for deviation in FINE]
-    coarse = [uniform_filter(uniform_filter(variance, width, mode="nearest"), width, mode="nearest") for width in COARSE]
+    coarse = [
+        uniform_filter(uniform_filter(variance, width, mode="nearest"), width, mode="nearest") for width in COARSE
+    ]
     noise = uniform_filter(variance / np.maximum(statistics.count, 1), 3, mode="nearest")
-    contrast = np.maximum(local_variance(statistics.mean[..., :channels]) * weight - noise, 0.0)
+    spread = local_variance(statistics.mean[..., :channels].astype(np.float32)) * weight
+    contrast = np.maximum(spread - noise, 0.0).astype(np.float32)
     constant = np.full_like(variance, variance.mean())
-    columns = [*fine, *coarse, constant, contrast, *edges(contrast, evidence.complexity)]
-    return np.stack([column.ravel() for column in columns], axis=-1)
+    return [*fine, *coarse, constant, contrast, *edges(contrast, evidence.complexity)]
 
 
-def edges(contrast: Floats, complexity: Complexity) -> list[Floats]:
+def edges(contrast: Singles, complexity: Complexity) -> list[Singles]:
     """Return contrast times Gini index of IDs: the variance that the edges seen by pilot rays explain."""
     wide = gaussian_filter(contrast, 1.0, mode="nearest")
-    shape, face = (uniform_filter(gini, 3, mode="nearest") for gini in (complexity.shape_gini, complexity.face_gini))
+    shape, face = (
+        uniform_filter(gini.astype(np.float32), 3, mode="nearest")
+        for gini in (complexity.shape_gini, complexity.face_gini)
+    )
     return [contrast * shape, contrast * face, wide * shape]
 
 
-def local_variance(mean: Floats) -> Floats:
+def local_variance(mean: Singles) -> Singles:
     """Return the variance of pixel means (H, W, C) over 3 x 3 neighbours, averaged over channels."""
-    size = (3, 3, 1)
-    spread = uniform_filter(mean**2, size, mode="nearest") - uniform_filter(mean, size, mode="nearest") ** 2
-    return np.maximum(spread, 0.0).mean(axis=-1)
+    total = np.zeros(mean.shape[:2], np.float32)
+    for channel in np.moveaxis(mean, -1, 0):
+        square = uniform_filter(channel**2, 3, mode="nearest")
+        total += np.maximum(square - uniform_filter(channel, 3, mode="nearest") ** 2, 0.0)
+    return total / mean.shape[-1]
 
 
 def fit(past: Floats, observed: Floats) -> Floats:

@@ -23,8 +23,8 @@ Floats = NDArray[np.float64]
 class Evidence:
     """All that is known when an allocation is made. Arrays are (height, width) of the pixels that are sampled."""
 
-    complexity: Complexity
-    """Of what pilot rays hit."""
+    complexity: Complexity | None
+    """Of what pilot rays hit; None for a criterion that needs no pilot."""
     statistics: Statistics | None
     """Of the radiance samples so far; None for a criterion that decides before there are any."""
     before: Statistics | None

@@ -16,13 +16,13 @@ Panel = tuple[str, NDArray, bool]
 
 
 def relative_error(image: NDArray, reference: NDArray) -> NDArray[np.float64]:
-    """Return the relative error of each pixel (H, W): root mean square over channels, over the reference's luminance."""
+    """Return the relative error (H, W): root mean square over channels, divided by the reference's luminance."""
     squared = np.mean((np.asarray(image, np.float64) - reference) ** 2, axis=-1)
     return np.sqrt(squared / (score.luminance(reference) ** 2 + score.EPSILON))
 
 
 def write_panels(path: Path, panels: Sequence[Panel], title: str, error_top: float | None = None) -> None:
-    """Write panels in a row, each with its caption; values get a colour bar, errors (0 to ``error_top``) a common one."""
+    """Write panels in a row, each with its caption; values get a colour bar, linear ones from 0 to ``error_top``."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.colors import LogNorm, Normalize
     from matplotlib.figure import Figure
