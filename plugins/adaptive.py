@@ -42,7 +42,7 @@ from typing import Any
 import mitsuba as mi
 
 from tracer.errors import SettingsError
-from tracer.render import render_view
+from tracer.loop import render_view
 from tracer.result import Result
 from tracer.scene import open_scene, require_nestable
 from tracer.settings import Settings, make_settings

@@ -3,13 +3,37 @@
 Look first with cheap rays, measure how complex what they hit is, and spend the expensive rays where they pay.
 """
 
-from tracer.backend import activate, point_to_library
+from __future__ import annotations
 
-point_to_library()  # before anything imports Dr.Jit
+import importlib
+from typing import TYPE_CHECKING, Any
 
-from tracer import errors  # noqa: E402
-from tracer.render import Progress, render  # noqa: E402
-from tracer.result import Report, Result  # noqa: E402
-from tracer.settings import Settings  # noqa: E402
+from tracer import errors
+from tracer.backend import activate, named_library, point_to_library
+
+if TYPE_CHECKING:
+    from tracer.loop import Progress, render
+    from tracer.result import Report, Result
+    from tracer.settings import Settings
 
 __all__ = ["Progress", "Report", "Result", "Settings", "activate", "errors", "render"]
+
+point_to_library()  # before anything imports Dr.Jit, which loads LLVM as it is imported
+
+HOMES = {
+    "Progress": "tracer.loop",
+    "render": "tracer.loop",
+    "Report": "tracer.result",
+    "Result": "tracer.result",
+    "Settings": "tracer.settings",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import public names when they are first used, after the LLVM library is known to be usable (PEP 562)."""
+    if name not in HOMES:
+        raise AttributeError(f"module 'tracer' has no attribute '{name}'")
+    named_library()
+    value = getattr(importlib.import_module(HOMES[name]), name)
+    globals()[name] = value
+    return value

@@ -30,7 +30,7 @@ def fill(importance: ArrayLike, total: float, lower: ArrayLike, upper: ArrayLike
         )
     peak = weights.max(initial=0.0)
     # A pixel of no importance takes samples only when all others are full.
-    weights = weights / peak + 1e-12 if peak > 0 else np.ones_like(weights)
+    weights = weights / peak + 1e-6 if peak > 0 else np.ones_like(weights)
     return np.clip(solve_level(weights, total, least, most) * weights, least, most)
 
 

@@ -72,9 +72,8 @@ def windows(counts: NDArray[np.uint32], first: NDArray[np.uint32], pass_size: in
 def lane_pixels(window: Window) -> tuple[Any, Any]:
     """Return (pixel, sample index) of every lane of a window, as mi.UInt32."""
     marks = dr.zeros(mi.UInt32, window.sample_count)
-    later = dr.arange(mi.UInt32, 1, dr.width(window.begin))
-    dr.scatter_add(marks, mi.UInt32(1), dr.gather(mi.UInt32, window.begin, later))
-    rank = dr.cumsum(marks)
+    dr.scatter_add(marks, mi.UInt32(1), window.begin)
+    rank = dr.cumsum(marks) - 1
     index = dr.gather(mi.UInt32, window.base, rank) + dr.arange(mi.UInt32, window.sample_count)
     return rank + dr.opaque(mi.UInt32, window.first_pixel), index
 

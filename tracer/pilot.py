@@ -1,8 +1,8 @@
 """Pilot rays: primary rays that only ask what they hit. IDs per pixel block, and their complexity.
 
 Two IDs per ray. The *shape* is the pair of instance and shape, so that two instances of one object differ; the *face*
-is the primitive within that. A ray that misses has IDs of its own. Meshes are told apart because scenes are opened without
-Mitsuba's merging of meshes (see ``tracer.source``); in an ``mi.Scene`` that was loaded with it, only faces are.
+is the primitive within that. A ray that misses has IDs of its own. Meshes are told apart because scenes are opened
+without Mitsuba's merging of meshes (see ``tracer.source``); in an ``mi.Scene`` loaded with it, only faces are.
 """
 
 from __future__ import annotations

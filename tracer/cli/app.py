@@ -2,16 +2,33 @@
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable
+from typing import Any
+
 import typer
 
+from tracer.backend import named_library
 from tracer.cli import compare, demo, info, render
 
 app = typer.Typer(
     help="Render adaptively on Mitsuba 3: look first with cheap rays, spend expensive rays where they pay.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    add_completion=True,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (render.render, compare.compare, demo.demo, info.info):
-    app.command()(command)
+
+
+def after_check(command: Callable[..., None]) -> Callable[..., None]:
+    """Let a command run only with a usable LLVM: Dr.Jit loads the library as soon as it is imported."""
+
+    @functools.wraps(command)
+    def checked(*arguments: Any, **options: Any) -> None:
+        named_library()
+        command(*arguments, **options)
+
+    return checked
+
+
+for function in (render.render, compare.compare, demo.demo, info.info):
+    app.command()(after_check(function))

@@ -40,7 +40,7 @@ def render(
     settings |= {"block": block} | {name: value for name, value in optional.items() if value is not None}
 
     from tracer.metadata import metadata
-    from tracer.render import render as render_scene
+    from tracer.loop import render as render_scene
     from tracer.settings import make_settings
     from tracer.source import fingerprint
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from tracer import score
-from tracer.render import render_view
+from tracer.loop import render_view
 from tracer.scene import Size, View, open_scene
 from tracer.settings import make_settings
 from tracer.source import load

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from tracer import backend
 from tracer.files import write_text
-from tracer.render import render
+from tracer.loop import render
 from tracer.study.compare import BASELINE, judge
 from tracer.study.picture import Panel, relative_error, write_panels
 from tracer.study.run import Comparison, StepCallback, make_reference

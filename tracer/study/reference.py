@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from tracer import files
 from tracer.metadata import metadata, version
-from tracer.render import ProgressCallback, render
+from tracer.loop import ProgressCallback, render
 from tracer.scene import Size
 from tracer.source import fingerprint
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from tracer import backend, files
 from tracer.errors import SettingsError
 from tracer.metadata import version
-from tracer.render import Progress
+from tracer.loop import Progress
 from tracer.scene import open_scene
 from tracer.settings import make_settings
 from tracer.study.compare import BASELINE, STOCK_SAMPLERS, Measurement, measure

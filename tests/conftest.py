@@ -1,0 +1,51 @@
+"""Shared by all tests: the variant, small scenes, and a cache of references that is not the user's."""
+
+import os
+
+import pytest
+
+import tracer
+
+tracer.activate("llvm_ad_rgb")
+
+import mitsuba as mi  # noqa: E402
+
+FILTERS = ("box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos")
+
+
+def small_scene(size=(24, 16), filter_name="gaussian", **film):
+    """Return a Cornell box with a film of ``size`` (width, height), as a dictionary."""
+    scene = mi.cornell_box()
+    scene["sensor"]["film"] |= {"width": size[0], "height": size[1], "rfilter": {"type": filter_name}, **film}
+    return scene
+
+
+@pytest.fixture
+def cornell():
+    return small_scene
+
+
+@pytest.fixture
+def scene_file(tmp_path):
+    """Write XML between <scene> tags to a file and return its path."""
+
+    def write(body, name="scene.xml"):
+        path = tmp_path / name
+        path.write_text(f'<scene version="3.0.0">{body}</scene>')
+        return path
+
+    return write
+
+
+SENSOR = (
+    '<sensor type="perspective"><film type="hdrfilm"><integer name="width" value="12"/>'
+    '<integer name="height" value="8"/></film><sampler type="independent"/></sensor>'
+)
+LIT = f'<integrator type="path"/>{SENSOR}<emitter type="constant"/>'
+
+
+@pytest.fixture(autouse=True)
+def reference_cache(tmp_path, monkeypatch):
+    """Keep references of tests out of the user's cache."""
+    if "TRACER_CACHE" not in os.environ:
+        monkeypatch.setenv("TRACER_CACHE", str(tmp_path / "cache"))

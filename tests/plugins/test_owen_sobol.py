@@ -1,0 +1,193 @@
+"""The sampler: nets, scrambles, keys; and how it does under Mitsuba's own integrators."""
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tracer.plugins import owen_sobol
+
+words = st.integers(0, 2**32 - 1)
+
+
+def points(count, *, seed=5, pixel=3, skip=0):
+    """Return the first points (2, count) of one pixel in the dimension pair after ``skip`` others."""
+    sampler = mi.load_dict({"type": "owen_sobol"})
+    sampler.seed_samples(seed, dr.full(mi.UInt32, pixel, count), dr.arange(mi.UInt32, count))
+    for _ in range(skip):
+        sampler.next_2d()
+    return np.array(sampler.next_2d())
+
+
+def reverse(value):
+    return int(f"{value:032b}"[::-1], 2)
+
+
+@pytest.mark.parametrize("pixel", [0, 1, 70000])
+@pytest.mark.parametrize("skip", [0, 1, 6])
+@pytest.mark.parametrize("log_count", [3, 6, 8])
+def test_every_elementary_interval_holds_one_point(log_count, pixel, skip):
+    count = 1 << log_count
+    x, y = points(count, pixel=pixel, skip=skip)
+    for a in range(log_count + 1):
+        columns, rows = 1 << a, 1 << (log_count - a)
+        cell = np.floor(x * columns).astype(int) * rows + np.floor(y * rows).astype(int)
+        assert np.array_equal(np.sort(cell), np.arange(count))
+
+
+def test_one_dimensional_samples_are_stratified():
+    sampler = mi.load_dict({"type": "owen_sobol"})
+    sampler.seed_samples(1, dr.full(mi.UInt32, 9, 64), dr.arange(mi.UInt32, 64))
+    values = np.array(sampler.next_1d())
+    assert np.array_equal(np.sort(np.floor(values * 64)), np.arange(64))
+
+
+def test_second_dimension_is_sobols():
+    # Direction numbers of the second dimension (polynomial x + 1), by their recurrence.
+    directions = [1 << 31]
+    for _ in range(31):
+        directions.append(directions[-1] ^ (directions[-1] >> 1))
+    for index in [0, 1, 2, 3, 5, 77, 1 << 20, 0x89ABCDEF]:
+        expected = 0
+        for bit in range(32):
+            expected ^= directions[bit] if index >> bit & 1 else 0
+        assert reverse(int(owen_sobol.pascal(mi.UInt32(index))[0])) == expected
+
+
+@given(words, words, words)
+def test_scramble_is_a_nested_permutation(first, second, seed):
+    """Owen's definition: digit k is permuted by a choice that depends on the digits above it alone."""
+    if first == second:
+        return
+    inputs = mi.UInt32([reverse(first), reverse(second)])
+    outputs = [reverse(int(x)) for x in owen_sobol.scramble_reversed(inputs, mi.UInt32(seed)).numpy()]
+    assert (outputs[0] ^ outputs[1]).bit_length() == (first ^ second).bit_length()
+
+
+def true_owen_scramble(values, bits, rng):
+    """Scramble integers of ``bits`` digits with an independent random bit for every node of the tree."""
+    result = np.zeros_like(values)
+    for digit in range(bits):
+        flips = rng.integers(0, 2, 1 << digit)
+        shift = bits - 1 - digit
+        result |= (((values >> shift) & 1) ^ flips[values >> (shift + 1)]) << shift
+    return result
+
+
+def test_integrates_as_well_as_a_true_owen_scramble():
+    """Mean squared error for a disc and a smooth function, 64 points, 600 seeds: within 25 % of random trees."""
+    rng = np.random.default_rng(0)
+    bits, count, repeats = 16, 64, 600
+    sobol = np.array([[reverse(i) >> 16, reverse(int(owen_sobol.pascal(mi.UInt32(i))[0])) >> 16] for i in range(count)])
+    functions = (
+        (lambda x, y: (x - 0.4) ** 2 + (y - 0.5) ** 2 < 0.09, np.pi * 0.09),
+        (lambda x, y: np.sin(np.pi * x) * np.sin(np.pi * y), 4 / np.pi**2),
+    )
+    ours = [points(count, seed=s, pixel=s * 7 + 1) for s in range(repeats)]
+    trees = [[(true_owen_scramble(sobol[:, d], bits, rng) + 0.5) / (1 << bits) for d in (0, 1)] for _ in range(repeats)]
+    for function, integral in functions:
+        errors = [np.mean([(function(*p).mean() - integral) ** 2 for p in sets]) for sets in (ours, trees)]
+        assert errors[0] == pytest.approx(errors[1], rel=0.25)
+
+
+def test_a_sample_does_not_depend_on_its_lane():
+    sampler = mi.load_dict({"type": "owen_sobol"})
+    rng = np.random.default_rng(0)
+    pixel, index = np.repeat(np.arange(50), 16), np.tile(np.arange(16), 50)
+    chosen = rng.permutation(800)[:100]
+    results = []
+    for p, i in ((pixel, index), (pixel[chosen], index[chosen])):
+        sampler.seed_samples(9, mi.UInt32(p.astype(np.uint32)), mi.UInt32(i.astype(np.uint32)))
+        results.append([np.array(sampler.next_1d()), *np.array(sampler.next_2d())])
+    for whole, part in zip(*results, strict=True):
+        assert np.array_equal(whole[chosen], part)
+
+
+def test_clone_goes_on_where_the_original_is_and_fork_starts_anew():
+    sampler = mi.load_dict({"type": "owen_sobol", "sample_count": 8})
+    sampler.seed(3, 64)
+    sampler.next_2d()
+    copy = sampler.clone()
+    assert np.array_equal(np.array(sampler.next_2d()), np.array(copy.next_2d()))
+    assert sampler.fork().sample_count() == 8
+
+
+def test_a_second_wavefront_continues_the_sequence():
+    sampler = mi.load_dict({"type": "owen_sobol", "sample_count": 8})
+    sampler.seed(3, 8)
+    first = np.array(sampler.next_2d())
+    sampler.advance()
+    both = np.concatenate([first, np.array(sampler.next_2d())], axis=1)
+    cells = np.floor(both[0] * 4) * 4 + np.floor(both[1] * 4)
+    assert len(set(cells)) == 16
+
+
+def test_symbolic_loop_equals_unrolled_loop(cornell):
+    scene = mi.load_dict(cornell() | {"integrator": {"type": "path", "max_depth": 4}})
+    sensor = mi.load_dict(cornell()["sensor"] | {"sampler": {"type": "owen_sobol", "sample_count": 4}})
+    symbolic = np.array(mi.render(scene, sensor=sensor, spp=4, seed=1))
+    with dr.scoped_set_flag(dr.JitFlag.SymbolicLoops, False):
+        unrolled = np.array(mi.render(scene, sensor=sensor, spp=4, seed=1))
+    assert np.allclose(symbolic, unrolled, atol=1e-5)
+
+
+def test_seeds_and_pixels_differ_and_counts_are_checked():
+    assert not np.array_equal(points(16, seed=1), points(16, seed=2))
+    assert not np.array_equal(points(16, pixel=1), points(16, pixel=2))
+    assert not np.array_equal(points(16, skip=0), points(16, skip=1))
+    with pytest.raises(RuntimeError, match="at least 1"):
+        mi.load_dict({"type": "owen_sobol", "sample_count": 0})
+
+
+VARIANT_SCRIPT = """
+import sys, tracer
+tracer.activate(sys.argv[1])
+import mitsuba as mi, numpy as np
+for name in ("path", "volpath", "prb"):
+    scene = mi.cornell_box()
+    scene["integrator"] = {"type": name, "max_depth": 3}
+    scene["sensor"]["film"] |= {"width": 8, "height": 8}
+    scene["sensor"]["sampler"] = {"type": "owen_sobol", "sample_count": 16}
+    image = np.array(mi.render(mi.load_dict(scene), spp=16))
+    assert np.all(np.isfinite(image)) and image.mean() > 0.05, (name, image.mean())
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("variant", [name for name in mi.variants() if name.startswith("llvm")])
+def test_renders_under_every_llvm_variant(variant):
+    import subprocess
+    import sys
+
+    subprocess.run([sys.executable, "-c", VARIANT_SCRIPT, variant], check=True, timeout=300)
+
+
+@pytest.mark.slow
+def test_error_beside_mitsubas_samplers():
+    """MSE of a uniform picture, geometric mean over four scenes: near multijitter's, below half of independent's."""
+    from importlib.resources import files
+
+    from tracer.source import load
+
+    ratios = {"multijitter": [], "independent": []}
+    for name in ("thin_rods", "horizon", "even_noise", "depth_of_field"):
+        path = str(files("tracer.scenes") / f"{name}.xml")
+        errors = {}
+        for sampler in ("owen_sobol", "multijitter", "independent"):
+            scene = load(path, sampler=sampler)
+            parameters = mi.traverse(scene.sensors()[0])
+            for key in ("film.size", "film.crop_size"):
+                parameters[key] = [64, 48]
+            parameters.update()
+            if sampler == "owen_sobol":
+                reference = np.mean([np.array(mi.render(scene, spp=4096, seed=900 + k)) for k in range(2)], axis=0)
+            for spp in (16, 64):
+                images = [np.array(mi.render(scene, spp=spp, seed=s)) for s in range(4)]
+                errors[sampler, spp] = np.mean([(image - reference) ** 2 for image in images])
+        for other, found in ratios.items():
+            found += [errors["owen_sobol", spp] / errors[other, spp] for spp in (16, 64)]
+    means = {other: float(np.exp(np.mean(np.log(found)))) for other, found in ratios.items()}
+    assert means["multijitter"] <= 1.15, ratios
+    assert means["independent"] <= 0.5, ratios

@@ -1,0 +1,67 @@
+"""A library that would abort the process is refused before anything renders."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tracer import backend
+from tracer.errors import BackendError
+
+
+def run_info(**environment):
+    return subprocess.run(
+        [sys.executable, "-m", "tracer", "info"],
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+
+
+@pytest.mark.parametrize("kind", ["missing", "folder", "not LLVM"])
+def test_forced_library_that_cannot_be_used_is_one_sentence(kind, tmp_path):
+    other = next(Path(sys.prefix).rglob("_ctypes*.so"), None) or Path(sys.modules["_ctypes"].__file__)
+    path = {"missing": tmp_path / "libLLVM.so", "folder": tmp_path, "not LLVM": other}[kind]
+    result = run_info(DRJIT_LIBLLVM_PATH=str(path))
+    assert result.returncode == 2
+    assert result.stdout == ""
+    assert result.stderr.count("\n") == 1
+    assert str(path) in result.stderr
+    assert "install version 17 or newer" in result.stderr
+
+
+@pytest.mark.parametrize(("version", "usable"), [((14, 0, 6), False), ((16, 0, 6), False), ((17, 0, 0), True)])
+def test_versions_that_abort_are_refused(version, usable):
+    library = backend.Library(Path("libLLVM.so"), version, "test")
+    if usable:
+        assert backend.require_usable(library) is library
+    else:
+        with pytest.raises(BackendError, match="too old and would abort"):
+            backend.require_usable(library)
+
+
+def test_version_read_from_the_file_is_the_one_that_drjit_loaded():
+    loaded = backend.loaded_library()
+    assert backend.read_version(loaded.path) == loaded.version
+    assert loaded.version[0] >= backend.MINIMUM_LLVM
+
+
+def test_the_packaged_library_is_used_unless_the_user_names_another(monkeypatch):
+    packaged = backend.packaged_library()
+    if packaged is None:
+        pytest.skip("no packaged LLVM on this system")
+    monkeypatch.delenv(backend.VARIABLE, raising=False)
+    backend.point_to_library()
+    assert os.environ[backend.VARIABLE] == str(packaged)
+    monkeypatch.setenv(backend.VARIABLE, "mine.so")
+    backend.point_to_library()
+    assert os.environ[backend.VARIABLE] == "mine.so"
+
+
+@pytest.mark.parametrize(("variant", "message"), [("llvm_nope", "There is no"), ("scalar_rgb", "one ray at a time")])
+def test_unusable_variants(variant, message):
+    with pytest.raises(BackendError, match=message):
+        backend.activate(variant)

@@ -1,0 +1,92 @@
+"""Allocations: optimal within their bounds, exact in total, unbiased in rounding."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+from scipy.optimize import minimize
+
+from tracer import budget
+from tracer.errors import BudgetError
+
+importance = hnp.arrays(np.float64, st.integers(1, 60), elements=st.floats(0, 1e6, allow_subnormal=False))
+
+
+@given(importance, st.floats(1, 50), st.floats(0, 1), st.floats(1, 20))
+def test_fill_meets_total_and_bounds(weights, mean, low, high):
+    total = mean * len(weights)
+    filled = budget.fill(weights, total, low * mean, high * mean)
+    assert filled.sum() == pytest.approx(total, rel=1e-9)
+    assert np.all(filled >= low * mean * (1 - 1e-12))
+    assert np.all(filled <= high * mean * (1 + 1e-12))
+
+
+@given(importance, st.floats(1, 50))
+def test_fill_keeps_the_order_of_importance(weights, mean):
+    filled = budget.fill(weights, mean * len(weights), 0.3 * mean, 4 * mean)
+    order = np.argsort(weights, kind="stable")
+    assert np.all(np.diff(filled[order]) >= -1e-9 * mean)
+
+
+def test_fill_minimises_the_error_as_a_general_solver_does():
+    rng = np.random.default_rng(4)
+    deviation = rng.lognormal(0, 1, 8)
+    found = budget.fill(deviation, 80, 4, 25)
+    brute = minimize(
+        lambda n: np.sum(deviation**2 / n),
+        np.full(8, 10.0),
+        bounds=[(4, 25)] * 8,
+        constraints={"type": "eq", "fun": lambda n: n.sum() - 80},
+        options={"maxiter": 1000, "ftol": 1e-14},
+    )
+    assert np.sum(deviation**2 / found) <= brute.fun * (1 + 1e-6)
+    assert found == pytest.approx(brute.x, rel=1e-2)
+
+
+def test_fill_keeps_what_is_drawn_already():
+    drawn = np.array([4.0, 20.0, 4.0])
+    filled = budget.fill([1, 1, 2], 40, drawn, 100)
+    assert filled == pytest.approx([20 / 3, 20, 40 / 3])
+
+
+def test_no_importance_at_all_is_uniform():
+    assert budget.fill(np.zeros(4), 40, 1, 100) == pytest.approx([10] * 4)
+
+
+@pytest.mark.parametrize(("low", "high"), [(11, 20), (1, 9)])
+def test_impossible_bounds_are_one_sentence(low, high):
+    with pytest.raises(BudgetError, match="No allocation of 40 samples fits"):
+        budget.fill(np.ones(4), 40, low, high)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -1.0])
+def test_importance_must_be_a_number(bad):
+    with pytest.raises(ValueError, match="finite and not negative"):
+        budget.fill([1, bad], 10, 1, 9)
+
+
+@settings(max_examples=200)
+@given(importance, st.integers(1, 50), st.integers(0, 2**32 - 1))
+def test_rounding_is_exact_in_total_and_within_one(weights, mean, seed):
+    total = mean * len(weights)
+    filled = budget.fill(weights, total, 0.25 * mean, 8 * mean)
+    rounded = budget.round_to_total(filled, total, np.random.default_rng(seed))
+    assert rounded.sum() == total
+    assert np.all(np.abs(rounded - filled) < 1 + 1e-6)
+
+
+def test_rounding_is_unbiased():
+    counts = budget.fill(np.linspace(1, 3, 30), 200, 1, 100)
+    rng = np.random.default_rng(1)
+    repeats = 4000
+    mean = np.mean([budget.round_to_total(counts, 200, rng) for _ in range(repeats)], axis=0)
+    # 30 pixels, standard error at most 0.5 / sqrt(repeats): 4.5 of these is a false alarm in 5000 runs
+    assert np.max(np.abs(mean - counts)) < 4.5 * 0.5 / np.sqrt(repeats)
+
+
+def test_rounding_is_seeded():
+    counts = np.full(100, 2.5)
+    first, second = (budget.round_to_total(counts, 250, np.random.default_rng(7)) for _ in range(2))
+    assert np.array_equal(first, second)
+    assert not np.array_equal(first, budget.round_to_total(counts, 250, np.random.default_rng(8)))

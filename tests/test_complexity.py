@@ -1,0 +1,74 @@
+"""Values from analysis, and properties."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from tracer import complexity
+
+counts = hnp.arrays(np.int64, st.integers(1, 40), elements=st.integers(0, 1000))
+
+
+def test_cube_seen_from_its_centre_has_the_entropy_of_its_faces():
+    assert complexity.entropy(np.ones(6)) == pytest.approx(np.log2(6))
+    assert complexity.entropy(np.ones(12)) == pytest.approx(np.log2(12))
+
+
+def test_cube_over_the_whole_sphere_with_background():
+    # Cube of edge 1 seen face-on from distance 2 of its centre: solid angle 0.400670 of 4 pi.
+    d, a = 1.5, 0.5
+    seen = 4 * np.arctan(a**2 / (d * np.sqrt(2 * a**2 + d**2)))
+    assert seen == pytest.approx(0.400670, abs=1e-6)
+    assert complexity.entropy([4 * np.pi - seen, seen]) == pytest.approx(0.203755, abs=1e-6)
+    assert complexity.entropy([4 * np.pi - seen, seen / 2, seen / 2]) == pytest.approx(0.235639, abs=1e-6)
+
+
+def test_empty_view_is_zero_not_nan():
+    for measure in (complexity.entropy, complexity.gini, lambda c: complexity.renyi(c, 2)):
+        assert measure(np.zeros(5)) == 0
+    assert complexity.tsallis(np.zeros(5), 2) == 0
+    assert complexity.viewpoint_complexity(np.zeros(5), surfaces=5, image_area=100) == 0
+
+
+def test_viewpoint_complexity_of_the_paper():
+    # Two of four surfaces are visible and cover 60 of 100 pixels.
+    assert complexity.viewpoint_complexity([40, 20, 0, 0], surfaces=4, image_area=100) == pytest.approx(0.5 + 0.6)
+
+
+@given(counts)
+def test_entropies_are_ordered_and_bounded(values):
+    shannon, collision = complexity.entropy(values), complexity.renyi(values, 2)
+    assert -1e-9 <= collision <= shannon + 1e-9 <= np.log2(max(np.count_nonzero(values), 1)) + 2e-9
+    assert 0 <= complexity.gini(values) <= 1 - 1 / len(values) + 1e-12
+    assert complexity.tsallis(values, 2) == pytest.approx(complexity.gini(values), abs=1e-12)
+
+
+@given(counts)
+def test_limits_of_the_generalised_entropies_are_shannons(values):
+    shannon = complexity.entropy(values)
+    assert complexity.renyi(values, 1 + 1e-7) == pytest.approx(shannon, abs=1e-4)
+    assert complexity.tsallis(values, 1 + 1e-7) == pytest.approx(shannon * np.log(2), abs=1e-4)
+
+
+@given(counts)
+def test_splitting_every_face_in_two_adds_one_bit(values):
+    if values.sum() == 0:
+        return
+    assert complexity.entropy(np.repeat(values, 2)) == pytest.approx(complexity.entropy(values) + 1)
+
+
+@given(hnp.arrays(np.int64, st.tuples(st.integers(1, 5), st.integers(1, 30)), elements=st.integers(0, 6)))
+def test_entropy_of_rays_needs_no_histogram(ids):
+    multiplicity = (ids[:, :, None] == ids[:, None, :]).sum(axis=-1)
+    for row, m in zip(ids, multiplicity, strict=True):
+        histogram = np.unique(row, return_counts=True)[1]
+        assert complexity.ray_entropy(m) == pytest.approx(complexity.entropy(histogram))
+        assert complexity.ray_gini(m) == pytest.approx(complexity.gini(histogram))
+        assert complexity.ray_distinct(m) == len(histogram)
+
+
+def test_negative_counts_are_refused():
+    with pytest.raises(ValueError, match="negative"):
+        complexity.entropy([1, -1])

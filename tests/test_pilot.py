@@ -1,0 +1,83 @@
+"""What pilot rays hit, in scenes where it is known."""
+
+import mitsuba as mi
+import numpy as np
+import pytest
+
+from tracer import pilot
+from tracer.scene import open_scene
+
+T = mi.ScalarTransform4f
+
+
+def orthographic(shapes, width=8, height=8):
+    """Return a scene seen along -z over [-1, 1]^2."""
+    film = {"type": "hdrfilm", "width": width, "height": height}
+    sensor = {"type": "orthographic", "to_world": T().look_at([0, 0, 5], [0, 0, 0], [0, 1, 0]), "film": film}
+    return {"type": "scene", "integrator": {"type": "path"}, "sensor": sensor, "sky": {"type": "constant"}, **shapes}
+
+
+def measure(scene, rays=4, block=1):
+    with open_scene(scene) as view:
+        return pilot.measure_complexity(view, mi.load_dict({"type": "owen_sobol"}), 0, rays, block)
+
+
+def half_plane():
+    return {"a": {"type": "rectangle", "to_world": T().translate([-1, 0, 0])}}
+
+
+def test_an_edge_through_a_block_is_one_bit():
+    found = measure(orthographic(half_plane()), rays=4, block=8)
+    assert found.shape_entropy == pytest.approx(np.ones((8, 8)), abs=1e-6)
+    assert found.shape_gini == pytest.approx(np.full((8, 8), 0.5), abs=1e-6)
+    assert found.distinct == pytest.approx(np.full((8, 8), 2))
+    # one shape, visible, over half of the block
+    assert found.viewpoint == pytest.approx(np.full((8, 8), 1.5), abs=1e-6)
+
+
+def test_pixels_away_from_edges_are_zero():
+    found = measure(orthographic(half_plane()))
+    assert np.all(found.shape_entropy == 0)
+    assert np.all(found.distinct == 1)
+
+
+def test_nothing_in_view_is_zero_not_nan():
+    found = measure(orthographic({}))
+    assert np.all(found.face_entropy == 0)
+    assert np.all(found.viewpoint == 0)
+
+
+def test_faces_differ_within_a_shape_and_meshes_are_not_merged():
+    cubes = {
+        name: {"type": "cube", "to_world": T().translate([x, 0, 0]) @ T().scale([0.5, 1, 0.1]), "bsdf": {"type": "diffuse"}}
+        for name, x in (("left", -0.5), ("right", 0.5))
+    }
+    found = measure(orthographic(cubes), rays=16, block=8)
+    assert found.shape_entropy == pytest.approx(np.ones((8, 8)), abs=1e-6)
+    # two cubes, of each the front side of two triangles
+    assert found.face_entropy == pytest.approx(np.full((8, 8), 2), abs=0.02)
+
+
+def test_instances_are_told_apart():
+    group = {"type": "shapegroup", "first": {"type": "cube", "to_world": T().scale([0.5, 1, 0.1])}}
+    scene = orthographic({})
+    scene["group"] = group
+    for name, x in (("left", -0.5), ("right", 0.5)):
+        reference = {"type": "ref", "id": "group"}
+        scene[name] = {"type": "instance", "shapegroup": reference, "to_world": T().translate([x, 0, 0])}
+    assert measure(scene, block=8).shape_entropy == pytest.approx(np.ones((8, 8)), abs=1e-6)
+
+
+@pytest.mark.parametrize(("width", "height", "block"), [(8, 8, 1), (8, 8, 2), (7, 5, 4), (3, 2, 8)])
+def test_blocks_cover_the_image(width, height, block):
+    found = measure(orthographic(half_plane(), width, height), block=block)
+    assert found.shape_entropy.shape == (height, width)
+    for row in range(0, height, block):
+        assert np.ptp(found.shape_entropy[row : row + block, :block]) == 0
+
+
+def test_multiplicity_is_a_count_of_equals():
+    ids = np.random.default_rng(0).integers(0, 5, 60).astype(np.uint32)
+    found = np.array(pilot.multiplicity(mi.UInt32(ids), 12)).reshape(5, 12)
+    groups = ids.reshape(5, 12)
+    assert np.array_equal(found, (groups[:, :, None] == groups[:, None, :]).sum(axis=-1))
