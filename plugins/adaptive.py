@@ -57,7 +57,7 @@ class AdaptiveIntegrator(mi.SamplingIntegrator):
         if len(nested) > 1:
             raise SettingsError('adaptive: takes one nested integrator, such as <integrator type="path"/>.')
         self.nested = require_nestable(nested[0] if nested else mi.load_dict({"type": "path"}))
-        self.settings = {name: props[name] for name in Settings.model_fields if props.has_property(name)}
+        self.settings = {name: props[name] for name in Settings.model_fields if name in props}
         make_settings(**self.settings)
         self.result: Result | None = None
         """What the last render returned, with sample counts, errors and report."""

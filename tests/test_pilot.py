@@ -49,7 +49,11 @@ def test_nothing_in_view_is_zero_not_nan():
 
 def test_faces_differ_within_a_shape_and_meshes_are_not_merged():
     cubes = {
-        name: {"type": "cube", "to_world": T().translate([x, 0, 0]) @ T().scale([0.5, 1, 0.1]), "bsdf": {"type": "diffuse"}}
+        name: {
+            "type": "cube",
+            "to_world": T().translate([x, 0, 0]) @ T().scale([0.5, 1, 0.1]),
+            "bsdf": {"type": "diffuse"},
+        }
         for name, x in (("left", -0.5), ("right", 0.5))
     }
     found = measure(orthographic(cubes), rays=16, block=8)

@@ -145,7 +145,8 @@ class Rendering:
         importance = self.criterion.importance(evidence)
         if self.criterion.needs_radiance and predicted_gain(importance) < LEAST_GAIN:
             importance = np.ones_like(importance)
-        lower = np.maximum(self.drawn, self.settings.least_samples)
+        # The floor grows with the budget: reached at once, it could ask for more than is left to share out.
+        lower = np.maximum(self.drawn, self.settings.least_samples * goal / self.total)
         target = budget.fill(importance, goal, lower, self.settings.most_samples)
         allocation = budget.round_to_total(target, goal, self.generator)
         self.report.seconds_deciding += time.perf_counter() - start

@@ -170,15 +170,15 @@ def resize_film(sensor: Any, size: Size) -> dict[str, Any]:
         return {}
     parameters = mi.traverse(sensor)
     names = ("film.size", "film.crop_size", "film.crop_offset")
-    original = {name: parameters[name] for name in names}
-    old_width, old_height = (int(x) for x in original["film.size"])
+    original = {name: [int(x) for x in parameters[name]] for name in names}
+    old_width, old_height = original["film.size"]
     width, height = (size, max(1, round(old_height * size / old_width))) if isinstance(size, int) else size
     if width < 1 or height < 1:
         raise SettingsError(f"The size must be at least 1 pixel a side, not {width} x {height}.")
     scale = (width / old_width, height / old_height)
     parameters["film.size"] = [width, height]
     for name, least in (("film.crop_size", 1), ("film.crop_offset", 0)):
-        parameters[name] = [max(least, round(int(x) * s)) for x, s in zip(original[name], scale, strict=True)]
+        parameters[name] = [max(least, round(x * s)) for x, s in zip(original[name], scale, strict=True)]
     parameters.update()
     return original
 

@@ -38,17 +38,23 @@ def steps(quiet: bool = False) -> Iterator[StepCallback]:
     """Show a bar for work in named steps; yield the callback that moves it. Ctrl-C stops as in ``watch``."""
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
     bar = Progress(*columns, console=Console(stderr=True), disable=quiet, transient=True)
-    task = bar.add_task("Starting", total=None)
-    with stop_on_interrupt() as stopped, bar:
+    task = bar.add_task("", total=None)
+
+    with stop_on_interrupt() as stopped:
 
         def step(description: str, done: int, total: int) -> bool:
-            finished = bool(bar.tasks[0].finished)
-            if finished or done < bar.tasks[0].completed:
+            if not bar.live.is_started:
+                bar.start()  # not before: a mistake found while loading is then the only thing printed
+            if done < bar.tasks[0].completed:
                 bar.reset(task)
             bar.update(task, description=description, completed=done, total=total)
             return not stopped()
 
-        yield step
+        try:
+            yield step
+        finally:
+            if bar.live.is_started:
+                bar.stop()
 
 
 @contextmanager

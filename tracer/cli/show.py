@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
+from rich import box
 from rich.console import Console
 from rich.table import Table
 
 from tracer.study.compare import BASELINE
 from tracer.study.table import HEADINGS, Row, bounds, cells, overall
 
+OWN_COLUMNS = 2
+"""Scene and spp head a table of their own instead of being columns."""
+
 
 def comparison_table(table: Sequence[Row]) -> None:
-    """Print the rows of a comparison, and the means over scenes if there are several."""
+    """Print a table for each scene and budget, and the means over scenes if there are several."""
     console = Console()
-    shown = Table(*HEADINGS, caption="gain: relMSE of uniform over that of the method, 95 % interval over seeds")
-    for row in table:
-        shown.add_row(*cells(row))
-    console.print(shown)
+    for (scene, spp), group in itertools.groupby(table, key=lambda row: (row.scene, row.spp)):
+        shown = Table(title=f"{scene}, {spp} spp", title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
+        for heading in HEADINGS[OWN_COLUMNS:]:
+            shown.add_column(heading, no_wrap=not heading.startswith("gain"), justify="left")
+        for row in group:
+            shown.add_row(*cells(row)[OWN_COLUMNS:])
+        console.print(shown)
+    console.print("gain: relMSE of uniform over that of the method, with its 95 % interval over seeds")
     if len({row.scene for row in table}) > 1:
         means = Table("spp", "method", "gain, samples", "gain, time", title="geometric mean over scenes")
         for spp, method, samples, seconds in overall(table):

@@ -44,8 +44,8 @@ def summarise(group: Sequence[Measurement], baseline: Sequence[Measurement]) -> 
         return float(np.mean([getattr(one, name) for one in group]))
 
     pairs = list(zip(baseline, group, strict=True))
-    by_samples = [(u.relative_mse * u.samples) / (m.relative_mse * m.samples) for u, m in pairs]
-    by_time = [(u.relative_mse * u.seconds) / (m.relative_mse * m.seconds) for u, m in pairs]
+    by_samples = [ratio(u.relative_mse * u.samples, m.relative_mse * m.samples) for u, m in pairs]
+    by_time = [ratio(u.relative_mse * u.seconds, m.relative_mse * m.seconds) for u, m in pairs]
     first = group[0]
     return Row(
         first.scene,
@@ -60,6 +60,12 @@ def summarise(group: Sequence[Measurement], baseline: Sequence[Measurement]) -> 
         interval(by_samples),
         interval(by_time),
     )
+
+
+def ratio(baseline: float, error: float) -> float:
+    """Return baseline / error, 1 where neither method errs at all."""
+    tiny = 1e-30
+    return (baseline + tiny) / (error + tiny)
 
 
 def overall(table: Sequence[Row]) -> list[tuple[int, str, Interval, Interval]]:

@@ -1,0 +1,142 @@
+"""The program: what it writes, and one sentence for every mistake."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from conftest import LIT, SENSOR
+
+from tracer.cli import main, repeat_option
+from tracer.files import read_exr
+
+
+@pytest.fixture
+def tracer_program(monkeypatch, capfd):
+    """Run the program in this process; return exit code, standard output and standard error."""
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["tracer", *map(str, arguments)])
+        with pytest.raises(SystemExit) as stopped:
+            main()
+        output = capfd.readouterr()
+        return stopped.value.code or 0, output.out, output.err
+
+    return run
+
+
+def test_render_writes_an_exr(tracer_program, scene_file, tmp_path):
+    code, out, _ = tracer_program("render", scene_file(LIT), "-o", tmp_path / "out.exr", "--spp", 8, "--size", 6)
+    assert code == 0
+    assert "6 x 4" in out
+    names, values, own = read_exr(tmp_path / "out.exr")
+    assert values.shape[:2] == (4, 6)
+    assert values[..., names.index("samples.Y")].sum() == 8 * 24
+    assert own["complete"] == 1
+
+
+BAD = [
+    (("render", "no.xml", "-o", "out.exr"), 2, "There is no scene file 'no.xml'"),
+    (("render", "SCENE", "-o", "no/out.exr"), 2, "There is no folder 'no'"),
+    (("render", "SCENE", "-o", "there.exr"), 2, "'there.exr' exists"),
+    (("render", "SCENE", "-o", "out.exr", "--spp", "0"), 2, "spp"),
+    (("render", "SCENE", "-o", "out.exr", "--spp", "-4"), 2, "spp"),
+    (("render", "SCENE", "-o", "out.exr", "--criterion", "fusd"), 2, "did you mean 'fused'"),
+    (("render", "SCENE", "-o", "out.exr", "--integrator", "ptracer"), 2, "cannot be sampled pixel by pixel"),
+    (("render", "SCENE", "-o", "out.exr", "--integrator", "pth"), 2, "Did you mean 'path'"),
+    (("render", "SCENE", "-o", "out.exr", "--sensor", "1"), 2, "There is no sensor 1"),
+    (("render", "BROKEN", "-o", "out.exr"), 2, "does not load"),
+    (("render", "BLIND", "-o", "out.exr"), 2, "has no sensor"),
+    (("compare", "no.xml"), 2, "There is no scene file"),
+    (("compare", "SCENE", "--spp", "16", "0"), 2, "spp"),
+    (("compare", "SCENE", "--criterion", "nothing"), 2, "there is no criterion"),
+    (("compare", "SCENE", "SCENE"), 2, "Two scenes are named"),
+    (("compare", "SCENE", "--reference-spp", "8"), 2, "reference_spp"),
+    (("demo", "-o", "no"), 2, "There is no folder"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "code", "message"), BAD)
+def test_mistakes_are_one_sentence(tracer_program, scene_file, tmp_path, monkeypatch, arguments, code, message):
+    files = {
+        "SCENE": scene_file(LIT, "lit.xml"),
+        "BROKEN": scene_file("<shape>", "broken.xml"),
+        "BLIND": scene_file('<integrator type="path"/>', "blind.xml"),
+    }
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "there.exr").write_text("mine")
+    before = sorted(path.name for path in tmp_path.iterdir())
+    found, out, err = tracer_program(*(files.get(argument, argument) for argument in arguments))
+    assert found == code
+    assert out == ""
+    assert err.count("\n") == 1
+    assert message in err
+    assert "Traceback" not in err
+    assert sorted(path.name for path in tmp_path.iterdir()) == before
+    assert (tmp_path / "there.exr").read_text() == "mine"
+
+
+def test_overwrite(tracer_program, scene_file, tmp_path):
+    path = tmp_path / "out.png"
+    path.write_text("old")
+    code, _, _ = tracer_program("render", scene_file(LIT), "-o", path, "--spp", 1, "--overwrite", "--quiet")
+    assert code == 0
+    assert path.read_bytes().startswith(b"\x89PNG")
+
+
+def test_info_names_the_library(tracer_program):
+    code, out, _ = tracer_program("info")
+    assert code == 0
+    for word in ("tracer", "mitsuba", "drjit", "llvm", "libLLVM", "threads", "variant"):
+        assert word in out
+
+
+def test_compare_prints_a_table_and_keeps_the_reference(tracer_program, scene_file, tmp_path):
+    scene = scene_file(
+        f'<integrator type="path"/>{SENSOR}<shape type="sphere"><point name="center" x="0" y="0" z="4"/></shape><emitter type="constant"/>'
+    )
+    arguments = ("compare", scene, "--spp", "4", "8", "--seeds", "2", "--size", "14", "--reference-spp", "32")
+    code, out, _ = tracer_program(*arguments, "-o", tmp_path / "results")
+    assert code == 0
+    for word in ("uniform", "independent", "multijitter", "fused", "relMSE"):
+        assert word in out
+    written = {path.name for path in (tmp_path / "results").iterdir()}
+    assert written == {"compare.json", "compare.md", f"{tmp_path.name}.png"}
+    kept = [path for path in (tmp_path / "cache").rglob("*.exr")]
+    assert len(kept) == 1
+    assert tracer_program(*arguments)[0] == 0
+    assert [path for path in (tmp_path / "cache").rglob("*.exr")] == kept
+
+
+def test_several_budgets_may_follow_one_option():
+    given = ["compare", "a.xml", "--spp", "16", "64", "--seeds", "3"]
+    assert repeat_option(given, "--spp") == ["compare", "a.xml", "--spp", "16", "--spp", "64", "--seeds", "3"]
+    assert repeat_option(["--spp", "16", "7.xml"], "--spp") == ["--spp", "16", "7.xml"]
+
+
+@pytest.mark.parametrize("command", [[], ["render"], ["compare"], ["demo"], ["info"]])
+def test_help(tracer_program, command):
+    code, out, _ = tracer_program(*command, "--help")
+    assert code == 0
+    assert "Usage" in out
+    if command:
+        assert "Example" in out
+
+
+def test_ctrl_c_leaves_what_there_is_clearly_marked(scene_file, tmp_path):
+    scene = scene_file(LIT.replace('value="12"', 'value="256"').replace('value="8"', 'value="256"'))
+    output = tmp_path / "out.exr"
+    command = [sys.executable, "-m", "tracer", "render", str(scene), "-o", str(output), "--spp", "20000"]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=os.environ)
+    time.sleep(8)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 130, err
+    assert "Stopped after" in out
+    names, values, own = read_exr(output)
+    assert own["complete"] == 0
+    assert 0 < values[..., names.index("samples.Y")].sum() < 20000 * 256 * 256
+    assert np.all(np.isfinite(values))

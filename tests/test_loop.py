@@ -1,0 +1,116 @@
+"""The loop: exact budgets, bounds, repeatability, sources, stopping."""
+
+import mitsuba as mi
+import numpy as np
+import pytest
+
+import tracer
+from tracer import criteria
+from tracer.loop import predicted_gain
+
+ALL = ["face_entropy", "fused", "shape_entropy", "uniform", "variance"]
+
+
+@pytest.mark.parametrize("criterion", ALL)
+@pytest.mark.parametrize("spp", [1, 5, 16, 37])
+def test_budget_is_spent_exactly(cornell, criterion, spp):
+    result = tracer.render(cornell(), spp=spp, criterion=criterion)
+    assert result.samples.sum() == spp * result.samples.size
+    assert result.samples.min() >= 1
+    assert sum(one.samples for one in result.report.rounds) == spp * result.samples.size
+    assert result.report.complete
+
+
+def test_what_a_result_holds(cornell):
+    result = tracer.render(cornell(pixel_format="rgba"), spp=16)
+    assert result.image.shape == result.stderr.shape == (16, 24, 4)
+    assert result.samples.shape == result.complexity.shape == (16, 24)
+    kinds = (result.image.dtype, result.samples.dtype, result.stderr.dtype, result.complexity.dtype)
+    assert kinds == (np.float32, np.uint32, np.float32, np.float32)
+    assert result.channels == ["R", "G", "B", "A"]
+    assert result.complexity.max() > 0.5
+    assert result.seconds > 0
+    assert "<img" in result._repr_html_()
+
+
+def test_criteria_are_found_by_themselves():
+    assert set(ALL) <= set(criteria.names())
+
+
+def test_bounds_are_kept(cornell):
+    result = tracer.render(cornell(), spp=32, min_spp=20, max_spp=40, criterion="variance")
+    assert result.samples.min() >= 20
+    assert result.samples.max() <= 40
+    assert np.ptp(result.samples) > 0
+
+
+def test_seeds_repeat_and_differ(cornell):
+    first, again, other = (tracer.render(cornell(), spp=16, seed=seed) for seed in (1, 1, 2))
+    assert np.array_equal(first.samples, again.samples)
+    assert first.image == pytest.approx(again.image, rel=1e-6, abs=1e-7)
+    assert not np.allclose(first.image, other.image)
+
+
+def test_uniform_is_the_picture_of_mitsuba_with_the_same_sampler(cornell):
+    scene = cornell()
+    scene["sensor"]["sampler"] = {"type": "owen_sobol", "sample_count": 16}
+    expected = np.array(mi.render(mi.load_dict(scene), spp=16, seed=5))
+    result = tracer.render(scene, spp=16, seed=5, criterion="uniform")
+    assert result.image == pytest.approx(expected, rel=1e-4, abs=1e-4)
+    assert np.all(result.samples == 16)
+
+
+def test_path_dictionary_and_scene_are_the_same(tmp_path, cornell):
+    path = tmp_path / "cornell.xml"
+    state = mi.parser.parse_dict(mi.parser.ParserConfig(mi.variant()), cornell())
+    mi.parser.write_file(state, str(path))
+    pictures = [tracer.render(s, spp=8, seed=1).image for s in (cornell(), str(path), path, mi.load_dict(cornell()))]
+    for picture in pictures[1:]:
+        assert picture == pytest.approx(pictures[0], rel=1e-3, abs=1e-4)
+
+
+def test_size_sensor_and_integrator(cornell):
+    scene = cornell()
+    scene["second"] = scene["sensor"] | {"film": scene["sensor"]["film"] | {"width": 10, "height": 6}}
+    assert tracer.render(scene, spp=1, sensor=1).image.shape == (6, 10, 3)
+    assert tracer.render(scene, spp=1, size=12).image.shape == (8, 12, 3)
+    direct = tracer.render(scene, spp=64, integrator="direct").image
+    assert direct.mean() < tracer.render(scene, spp=64).image.mean()
+
+
+def test_progress_is_told_and_can_stop(cornell):
+    told = []
+    tracer.render(cornell(), spp=16, progress=told.append)
+    assert [one.done for one in told] == sorted(one.done for one in told)
+    assert told[-1].done == told[-1].total == 16 * 24 * 16
+    stopped = tracer.render(cornell(), spp=64, progress=lambda one: False)
+    assert not stopped.report.complete
+    assert "Stopped after" in stopped.report.notes[-1]
+    assert stopped.samples.sum() < 64 * 24 * 16
+    assert np.all(np.isfinite(stopped.image))
+    assert stopped.image.mean() > 0.05
+
+
+def test_a_scene_with_nothing_to_gain_is_rendered_uniformly():
+    sky = {"type": "constant", "radiance": 0.5}
+    film = {"type": "hdrfilm", "width": 16, "height": 16}
+    result = tracer.render({"type": "scene", "sky": sky, "sensor": {"type": "perspective", "film": film}}, spp=32)
+    assert np.ptp(result.samples) == 0
+    assert result.image == pytest.approx(np.full((16, 16, 3), 0.5), rel=1e-5)
+    assert result.stderr.max() < 1e-6
+
+
+def test_thin_things_get_more_samples_than_the_sky():
+    rod = {"type": "cylinder", "p0": [0, -2, 0], "p1": [0, 2, 0], "radius": 0.02}
+    camera = mi.ScalarTransform4f().look_at([0, 0, 4], [0, 0, 0], [0, 1, 0])
+    sensor = {"type": "perspective", "to_world": camera, "film": {"type": "hdrfilm", "width": 33, "height": 33}}
+    scene = {"type": "scene", "i": {"type": "path"}, "rod": rod, "sky": {"type": "constant"}, "sensor": sensor}
+    scene["rod"] |= {"bsdf": {"type": "diffuse", "reflectance": 0.1}}
+    samples = tracer.render(scene, spp=64).samples
+    assert samples[:, 15:18].mean() > 4 * samples[:, :10].mean()
+
+
+def test_predicted_gain_is_one_plus_squared_variation():
+    assert predicted_gain(np.ones(9)) == pytest.approx(1)
+    assert predicted_gain(np.array([1.0, 0, 0, 0])) == pytest.approx(4)
+    assert predicted_gain(np.zeros(3)) == 1

@@ -1,0 +1,100 @@
+"""Scenes that load, scenes that do not, and what identifies their content."""
+
+import mitsuba as mi
+import numpy as np
+import pytest
+from conftest import LIT, SENSOR
+
+from tracer.errors import SceneError, SettingsError
+from tracer.scene import open_scene
+from tracer.source import fingerprint, load
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        ('<bsdf type="difuse"/>', "Did you mean 'diffuse'"),
+        ('<integrator type="adaptve"/>', "Did you mean 'adaptive'"),
+        ('<integrator type="path"><integer name="max_dept" value="5"/></integrator>', "Did you mean 'max_depth'"),
+        ('<bsdf type="diffuse"><float name="reflectanse" value="1"/></bsdf>', "Did you mean 'reflectance'"),
+        ("<shape>", "tags mismatch"),
+        ('<shape type="ply"><string name="filename" value="none.ply"/></shape>', "none.ply"),
+        ('<integrator type="path"><string name="max_depth" value="deep"/></integrator>', "max_depth"),
+        ('<integrator type="adaptive"><string name="criterion" value="fuse"/></integrator>', "did you mean 'fused'"),
+        ('<integrator type="adaptive"><integer name="threshold" value="1"/></integrator>', "threshold"),
+        ('<integrator type="adaptive"><integrator type="ptracer"/></integrator>', "cannot be sampled pixel by pixel"),
+        ('<integrator type="path"/>', "has no sensor"),
+    ],
+)
+def test_a_scene_that_cannot_be_rendered_is_one_sentence(scene_file, body, message):
+    path = scene_file(body)
+    with pytest.raises(SceneError) as caught, open_scene(path):
+        pass
+    text = str(caught.value)
+    assert message in text
+    assert str(path) in text
+    assert "\n" not in text
+
+
+def test_missing_files_folders_and_strangers(tmp_path):
+    for source, message in ((tmp_path / "no.xml", "There is no scene file"), (tmp_path, "is a folder"), (7, "not int")):
+        with pytest.raises(SceneError, match=message):
+            load(source)
+
+
+def test_a_file_that_holds_no_scene(tmp_path):
+    path = tmp_path / "bsdf.xml"
+    path.write_text('<bsdf version="3.0.0" type="diffuse"/>')
+    with pytest.raises(SceneError, match="not a scene"), open_scene(path):
+        pass
+
+
+def test_sensor_and_integrator_are_checked(scene_file):
+    path = scene_file(LIT)
+    with pytest.raises(SettingsError, match="There is no sensor 3"), open_scene(path, sensor=3):
+        pass
+    with pytest.raises(SettingsError, match="cannot be sampled"), open_scene(path, integrator="ptracer"):
+        pass
+    with pytest.raises(SceneError, match="Did you mean 'volpath'"), open_scene(path, integrator="volpat"):
+        pass
+    with open_scene(path, integrator={"type": "direct"}) as view:
+        assert view.integrator.class_name() == "DirectIntegrator"
+
+
+def test_a_sampler_can_take_the_place_of_the_scenes(scene_file):
+    scene = load(scene_file(LIT), sampler="multijitter")
+    assert scene.sensors()[0].sampler().class_name() == "MultijitterSampler"
+
+
+def test_a_film_is_resized_and_restored(cornell):
+    scene = mi.load_dict(cornell(size=(24, 16)))
+    for size, expected in ((12, (8, 12)), ((30, 40), (40, 30)), (None, (16, 24))):
+        with open_scene(scene, size=size) as view:
+            assert view.size == expected
+            assert np.array(view.integrator.render(view.scene, spp=1)).shape == (*expected, 3)
+    assert tuple(scene.sensors()[0].film().size()) == (24, 16)
+    with pytest.raises(SettingsError, match="at least 1 pixel"), open_scene(scene, size=0):
+        pass
+
+
+def test_fingerprint_follows_every_file_of_a_scene(tmp_path, scene_file):
+    mesh = tmp_path / "mesh.ply"
+    included = tmp_path / "part.xml"
+    mi.load_dict({"type": "cube"}).write_ply(str(mesh))
+    included.write_text('<scene version="3.0.0"><bsdf type="diffuse" id="white"/></scene>')
+    body = f'{SENSOR}<include filename="part.xml"/><shape type="ply"><string name="filename" value="mesh.ply"/></shape>'
+    path = scene_file(body)
+    prints = [fingerprint(path), fingerprint(path)]
+    assert prints[0] == prints[1]
+    mesh.write_bytes(mesh.read_bytes() + b" ")
+    prints.append(fingerprint(path))
+    included.write_text(included.read_text() + " ")
+    prints.append(fingerprint(path))
+    scene_file(body + LIT)
+    prints.append(fingerprint(path))
+    assert len(set(prints)) == 4
+
+
+def test_fingerprint_of_a_dictionary(cornell):
+    assert fingerprint(cornell()) == fingerprint(cornell())
+    assert fingerprint(cornell()) != fingerprint(cornell(size=(9, 9)))
