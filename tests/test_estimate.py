@@ -16,7 +16,7 @@ def draw_all(view, counts, *, seed=3, pass_size=1 << 20, first=None, estimate=No
     estimate = estimate or Estimate(view)
     sampler = mi.load_dict({"type": "owen_sobol"})
     first = np.zeros(view.grid, np.uint32) if first is None else first
-    for window in draw.windows(counts.ravel(), first.ravel(), pass_size):
+    for window in draw.Line(counts.ravel(), first.ravel()).passes(pass_size):
         pixel, index = draw.lane_pixels(window)
         samples = draw.draw(view, sampler, mi.UInt32(seed), pixel, index, mi.Float(0.25))
         dr.eval(samples.values, samples.position, pixel, index)
@@ -87,7 +87,7 @@ def test_the_split_into_passes_and_rounds_changes_no_bit(cornell):
 
 def test_samples_that_are_not_finite_are_counted_and_left_out(cornell):
     with open_scene(cornell(size=(2, 1), filter_name="box")) as view:
-        (window,) = draw.windows(np.array([3, 2], np.uint32), np.zeros(2, np.uint32))
+        window = draw.Line(np.array([3, 2], np.uint32), np.zeros(2, np.uint32)).take(5)
         values = [mi.Float([1, np.nan, 3, np.inf, np.nan]), mi.Float([1, 1, 3, 1, 1]), mi.Float([2, 1, 4, 1, 1])]
         estimate = Estimate(view)
         estimate.add(window, draw.Samples(values, dr.full(mi.Point2f, 0.5, 5)))
@@ -104,7 +104,7 @@ def test_dense_pixels_do_not_bleed_into_sparse_ones(cornell):
         counts = np.full(view.grid, 64, np.uint32)
         counts[:, 4:] = 1024
         column = np.repeat((np.arange(64) % 8 >= 4).astype(np.float32), counts.ravel())
-        (window,) = draw.windows(counts.ravel(), np.zeros(64, np.uint32))
+        window = draw.Line(counts.ravel(), np.zeros(64, np.uint32)).take(int(counts.sum()))
         rng = np.random.default_rng(0)
         position = mi.Point2f(rng.random((2, len(column))).astype(np.float32))
         estimate = Estimate(view)
@@ -119,7 +119,7 @@ def test_no_pixel_is_drawn_twice_between_windows():
     counts = np.array([0, 5, 0, 0, 7, 1, 0], np.uint32)
     first = np.array([2, 10, 0, 0, 100, 0, 0], np.uint32)
     drawn = []
-    for window in draw.windows(counts, first, pass_size=4):
+    for window in draw.Line(counts, first).passes(4):
         pixel, index = draw.lane_pixels(window)
         drawn += zip(np.array(pixel).tolist(), np.array(index).tolist(), strict=True)
     expected = [(1, 10 + k) for k in range(5)] + [(4, 100 + k) for k in range(7)] + [(5, 0)]

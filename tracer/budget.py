@@ -35,19 +35,24 @@ def fill(importance: ArrayLike, total: float, lower: ArrayLike, upper: ArrayLike
 
 
 def solve_level(weights: Floats, total: float, lower: Floats, upper: Floats) -> float:
-    """Return c with sum clip(c w, lower, upper) = total, exactly: the sum is piecewise linear in c."""
-    w, lo, hi = weights.ravel(), lower.ravel(), upper.ravel()
-    levels = np.concatenate([lo / w, hi / w])
-    order = np.argsort(levels, kind="stable")
-    levels = levels[order]
-    # Past lo/w a pixel grows with slope w, past hi/w it stands still.
-    slope = np.cumsum(np.concatenate([w, -w])[order])
-    intercept = lo.sum() + np.cumsum(np.concatenate([-lo, hi])[order])
-    sums = slope * levels + intercept
-    k = int(np.clip(np.searchsorted(sums, total, side="left") - 1, 0, len(levels) - 1))
-    if slope[k] <= 1e-300 * w.sum():
-        return float(levels[k])
-    return float((total - intercept[k]) / slope[k])
+    """Return c with sum clip(c w, lower, upper) = total.
+
+    The sum is piecewise linear in c: Newton's method ends exactly once it is on the right piece, and a bracket that is
+    halved when a step leaves it makes sure that it gets there.
+    """
+    below, above = 0.0, float(np.max(upper / weights))
+    level = total / float(weights.sum())
+    for _ in range(200):
+        scaled = level * weights
+        missing = total - float(np.clip(scaled, lower, upper).sum())
+        if abs(missing) <= 1e-12 * total:
+            break
+        below, above = (level, above) if missing > 0 else (below, level)
+        slope = float(weights[(scaled > lower) & (scaled < upper)].sum())
+        level = level + missing / slope if slope > 0 else above
+        if not below < level < above:
+            level = 0.5 * (below + above)
+    return level
 
 
 def round_to_total(counts: ArrayLike, total: int, generator: np.random.Generator) -> NDArray[np.uint32]:

@@ -17,9 +17,6 @@ from numpy.typing import NDArray
 
 from tracer.scene import View
 
-PASS_SIZE = 1 << 21
-"""Samples per pass: enough to keep the threads busy, few enough for flat memory and a sign of life every second."""
-
 
 @dataclass(frozen=True)
 class Window:
@@ -34,6 +31,14 @@ class Window:
     base: Any
     """mi.UInt32, (pixels of the window,): sample index minus lane (modulo 2^32)."""
 
+    def over(self, pixel_count: int, lanes: Any) -> Any:
+        """Return ``begin`` or ``end`` for all pixels of the grid: zero, and so no lanes, outside of the window."""
+        whole = dr.zeros(mi.UInt32, pixel_count)
+        pixel = dr.arange(mi.UInt32, dr.width(lanes)) + dr.opaque(mi.UInt32, self.first_pixel)
+        dr.scatter(whole, lanes, pixel, mode=dr.ReduceMode.NoConflicts)
+        dr.eval(whole)
+        return whole
+
 
 @dataclass(frozen=True)
 class Samples:
@@ -45,28 +50,37 @@ class Samples:
     """mi.Point2f: place of the sample within its pixel, in [0, 1)^2."""
 
 
-def windows(counts: NDArray[np.uint32], first: NDArray[np.uint32], pass_size: int = PASS_SIZE) -> Iterator[Window]:
-    """Cut an allocation into passes.
+class Line:
+    """An allocation laid out pixel after pixel, cut into passes one after the other."""
 
-    ``counts`` (P,): samples to draw in each pixel; ``first`` (P,): index of the first of them. Yields windows of
-    ``pass_size`` samples, the last one shorter; a pixel may be split between windows.
-    """
-    ends = np.cumsum(counts, dtype=np.int64)
-    begins = ends - counts
-    total = int(ends[-1]) if len(ends) else 0
-    for start in range(0, total, pass_size):
-        stop = min(start + pass_size, total)
-        low = int(np.searchsorted(ends, start, side="right"))
-        high = int(np.searchsorted(begins, stop, side="left"))
-        begin = begins[low:high] - start
-        base = (first[low:high].astype(np.int64) - begin) & 0xFFFFFFFF
-        yield Window(
+    def __init__(self, counts: NDArray[np.uint32], first: NDArray[np.uint32]) -> None:
+        """``counts`` (P,): samples to draw in each pixel; ``first`` (P,): index of the first of them."""
+        self.first = first.astype(np.int64)
+        self.ends = np.cumsum(counts, dtype=np.int64)
+        self.begins = self.ends - counts
+        self.total = int(self.ends[-1]) if len(counts) else 0
+        self.taken = 0
+
+    def take(self, size: int) -> Window:
+        """Return the next ``size`` samples, or what is left; a pixel may be split between passes."""
+        start, stop = self.taken, min(self.taken + size, self.total)
+        self.taken = stop
+        low = int(np.searchsorted(self.ends, start, side="right"))
+        high = int(np.searchsorted(self.begins, stop, side="left"))
+        begin = self.begins[low:high] - start
+        base = (self.first[low:high] - begin) & 0xFFFFFFFF
+        return Window(
             first_pixel=low,
             sample_count=stop - start,
             begin=mi.UInt32(np.maximum(begin, 0).astype(np.uint32)),
-            end=mi.UInt32(np.minimum(ends[low:high] - start, stop - start).astype(np.uint32)),
+            end=mi.UInt32(np.minimum(self.ends[low:high] - start, stop - start).astype(np.uint32)),
             base=mi.UInt32(base.astype(np.uint32)),
         )
+
+    def passes(self, size: int) -> Iterator[Window]:
+        """Yield the rest in passes of one size."""
+        while self.taken < self.total:
+            yield self.take(size)
 
 
 def lane_pixels(window: Window) -> tuple[Any, Any]:

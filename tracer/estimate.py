@@ -23,6 +23,11 @@ from tracer.draw import Samples, Window, divide
 from tracer.scene import View
 
 Floats = NDArray[np.float64]
+Tree = Any
+"""A device array, or nested lists of them."""
+DENSE = 4
+"""A pass that touches one pixel in so many walks over all of them: reading and writing whole arrays in order is many
+times faster than gathering and scattering."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +71,20 @@ class Estimate:
 
     def add(self, window: Window, samples: Samples) -> None:
         """Add the samples of a pass. Samples that are not finite in every channel are counted and left out."""
-        pixel = dr.arange(mi.UInt32, dr.width(window.begin)) + dr.opaque(mi.UInt32, window.first_pixel)
+        sums: Tree = [self.count, self.invalid, self.mean, self.deviation, self.footprint]
+        if dr.width(window.begin) * DENSE < self.view.pixel_count:
+            pixel = dr.arange(mi.UInt32, dr.width(window.begin)) + dr.opaque(mi.UInt32, window.first_pixel)
+            added = self.walk([gather(each, pixel) for each in sums], window.begin, window.end, samples)
+            for target, value in zip(leaves(sums), leaves(added), strict=True):
+                dr.scatter(target, value, pixel, mode=dr.ReduceMode.NoConflicts)
+        else:
+            begin, end = (window.over(self.view.pixel_count, lanes) for lanes in (window.begin, window.end))
+            added = self.walk(sums, begin, end, samples)
+            self.count, self.invalid, self.mean, self.deviation, self.footprint = added
+        dr.eval(self.count, self.invalid, self.mean, self.deviation, self.footprint)
+
+    def walk(self, sums: Tree, begin: Any, end: Any, samples: Samples) -> Tree:
+        """Return ``sums`` of some pixels with samples ``begin`` to ``end`` (one entry a pixel) added in order."""
 
         def step(lane: Any, count: Any, invalid: Any, mean: list, deviation: list, footprint: list) -> tuple:
             values = [dr.gather(mi.Float, channel, lane) for channel in samples.values]
@@ -86,17 +104,14 @@ class Estimate:
             ]
             position = dr.gather(mi.Point2f, samples.position, lane)
             added = []
-            for sums, weight in zip(footprint, self.filter_weights(position), strict=True):
+            for own, weight in zip(footprint, self.filter_weights(position), strict=True):
                 weight = dr.select(finite, weight, 0.0)
-                added.append([dr.fma(weight, v, s) for v, s in zip([*values, mi.Float(1.0)], sums, strict=True)])
+                added.append([dr.fma(weight, v, s) for v, s in zip([*values, mi.Float(1.0)], own, strict=True)])
             return lane + 1, count, invalid, mean, deviation, added
 
-        targets = (self.count, self.invalid, self.mean, self.deviation, self.footprint)
-        start = tuple(gather_tree(target, pixel) for target in targets)
-        _, *sums = dr.while_loop((mi.UInt32(window.begin), *start), lambda lane, *_: lane < window.end, step)
-        for target, value in zip(leaves(targets), leaves(sums), strict=True):
-            dr.scatter(target, value, pixel, mode=dr.ReduceMode.NoConflicts)
-        dr.eval(targets)
+        # The loop writes to what it is given; copies keep the arrays of ``sums`` as they are.
+        _, *added = dr.while_loop((mi.UInt32(begin), *copy(sums)), lambda lane, *_: lane < end, step)
+        return added
 
     def statistics(self) -> Statistics:
         """Return what is known so far, on the host."""
@@ -140,16 +155,19 @@ class Estimate:
         return to_image(image, self.view.size), to_image(stderr, self.view.size)
 
 
-def gather_tree(target: Any, pixel: Any) -> Any:
-    """Gather every array of a nested list at ``pixel``."""
-    if isinstance(target, list):
-        return [gather_tree(entry, pixel) for entry in target]
-    return dr.gather(type(target), target, pixel)
+def gather(tree: Tree, pixel: Any) -> Tree:
+    """Gather every array of nested lists at ``pixel``."""
+    return [gather(entry, pixel) for entry in tree] if isinstance(tree, list) else dr.gather(type(tree), tree, pixel)
 
 
-def leaves(tree: Any) -> list[Any]:
-    """Return the arrays of nested lists and tuples, in order."""
-    return [leaf for entry in tree for leaf in leaves(entry)] if isinstance(tree, list | tuple) else [tree]
+def copy(tree: Tree) -> Tree:
+    """Return new variables with the values of every array of nested lists."""
+    return [copy(entry) for entry in tree] if isinstance(tree, list) else type(tree)(tree)
+
+
+def leaves(tree: Tree) -> list[Any]:
+    """Return the arrays of nested lists, in order."""
+    return [leaf for entry in tree for leaf in leaves(entry)] if isinstance(tree, list) else [tree]
 
 
 def to_host(array: Any, shape: tuple[int, int]) -> NDArray:

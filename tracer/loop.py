@@ -37,6 +37,9 @@ class Progress:
 LEAST_GAIN = 1.05
 """An allocation that is predicted to gain less than this over uniform is not worth its overhead and its risk."""
 
+PASS_SIZES = (1 << 20, 1 << 21, 1 << 22)
+"""Samples per pass: enough to keep the threads busy, few enough for flat memory and a sign of life every second."""
+
 GROWTH = 2.0
 """After a round there are at most this many times the samples that were there before it."""
 
@@ -83,6 +86,7 @@ class Rendering:
         self.total = settings.spp * view.pixel_count
         self.drawn = np.zeros(view.grid, np.uint32)
         self.done = 0
+        self.pass_size = PASS_SIZES[1]
         self.start = time.perf_counter()
 
     def run(self) -> Result:
@@ -165,13 +169,17 @@ class Rendering:
         counts = allocation - self.drawn
         seed = mi.UInt32(self.settings.seed)
         scale = dr.opaque(mi.Float, self.settings.spp**-0.5)
-        for window in draw.windows(counts.ravel(), self.drawn.ravel()):
+        line = draw.Line(counts.ravel(), self.drawn.ravel())
+        while line.taken < line.total:
+            window = line.take(self.pass_size)
             pass_start = time.perf_counter()
             pixel, index = draw.lane_pixels(window)
             samples = draw.draw(self.view, self.sampler, seed, pixel, index, scale)
             dr.eval(samples.values, samples.position)
             dr.sync_thread()
-            self.report.seconds_drawing += time.perf_counter() - pass_start
+            pass_seconds = time.perf_counter() - pass_start
+            self.report.seconds_drawing += pass_seconds
+            self.pass_size = next_pass_size(window.sample_count / pass_seconds)
             self.timed("seconds_statistics", self.add, window, samples)
             if not self.go_on(window.sample_count):
                 break
@@ -224,3 +232,8 @@ def predicted_gain(importance: NDArray[np.float64]) -> float:
     """Return the gain over uniform sampling if importance is the standard deviation, 1 + CV^2 (Neyman, 1934)."""
     mean = float(importance.mean())
     return float(np.mean(importance**2)) / mean**2 if mean > 0 else 1.0
+
+
+def next_pass_size(rate: float) -> int:
+    """Return the samples of the next pass: the most of PASS_SIZES that take a second at ``rate`` samples per second."""
+    return max((each for each in PASS_SIZES if each <= rate), default=PASS_SIZES[0])

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
 from tracer.plugins import owen_sobol
 
 words = st.integers(0, 2**32 - 1)

@@ -39,8 +39,8 @@ def render(
     optional = {"pilot_spp": pilot_spp, "min_spp": min_spp, "max_spp": max_spp}
     settings |= {"block": block} | {name: value for name, value in optional.items() if value is not None}
 
-    from tracer.metadata import metadata
     from tracer.loop import render as render_scene
+    from tracer.metadata import metadata
     from tracer.settings import make_settings
     from tracer.source import fingerprint
 

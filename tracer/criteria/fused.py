@@ -29,8 +29,8 @@ Singles = NDArray[np.float32]
 
 FINE = (0.5, 1.0)
 """Standard deviations in pixels of the narrow Gaussians over which variances are smoothed."""
-COARSE = (5, 9)
-"""Widths in pixels of the boxes for wide smoothing; applied twice, their deviations are 2 and 3.7 pixels."""
+COARSE = (7, 13)
+"""Widths in pixels of the boxes for wide smoothing; their deviations are 2 and 3.7 pixels."""
 OUTLIER = 30.0
 """A difference of means counts at most this many times what was predicted: one firefly must not fit the whole scene."""
 ITERATIONS = 4
@@ -68,8 +68,8 @@ def error_of_means(
     second = total - first
     valid = (first > 0) & (second > 0)
     # m_2 - m_1 from the mean of all: (m - m_1) n / n_2
-    difference = (known.mean - before.mean)[..., :channels] * (total / np.maximum(second, 1))[..., None]
-    per_sample = np.mean(difference**2, axis=-1) * first * second / np.maximum(total, 1)
+    squared = channel_mean((known.mean - before.mean) ** 2, channels) * (total / np.maximum(second, 1)) ** 2
+    per_sample = squared * first * second / np.maximum(total, 1)
     return np.where(valid, per_sample * weight, 0.0), valid
 
 
@@ -85,17 +85,22 @@ def combine(columns: list[Singles], coefficients: Floats) -> Floats:
 def predictors(statistics: Statistics, evidence: Evidence) -> list[Singles]:
     """Return the K predictors of the error of each pixel, (H, W) each, all of them non-negative variances."""
     assert evidence.complexity is not None
-    channels, weight = evidence.colour_channels, evidence.weight
-    variance = (statistics.variance[..., :channels].mean(axis=-1) * weight).astype(np.float32)
+    channels, weight = evidence.colour_channels, evidence.weight.astype(np.float32)
+    variance = channel_mean(statistics.variance, channels) * weight
     fine = [gaussian_filter(variance, deviation, mode="nearest") for deviation in FINE]
-    coarse = [
-        uniform_filter(uniform_filter(variance, width, mode="nearest"), width, mode="nearest") for width in COARSE
-    ]
-    noise = uniform_filter(variance / np.maximum(statistics.count, 1), 3, mode="nearest")
-    spread = local_variance(statistics.mean[..., :channels].astype(np.float32)) * weight
-    contrast = np.maximum(spread - noise, 0.0).astype(np.float32)
+    coarse = [uniform_filter(variance, width, mode="nearest") for width in COARSE]
+    noise = fine[-1] / np.maximum(statistics.count, 1)
+    contrast = np.maximum(local_variance(channel_mean(statistics.mean, channels)) * weight - noise, 0.0)
     constant = np.full_like(variance, variance.mean())
-    return [*fine, *coarse, constant, contrast, *edges(contrast, evidence.complexity)]
+    return [*fine, *coarse, constant, contrast, *edges(contrast.astype(np.float32), evidence.complexity)]
+
+
+def channel_mean(values: Floats, channels: int) -> Singles:
+    """Return the mean over the first ``channels`` of (H, W, C)."""
+    total = values[..., 0].copy()
+    for k in range(1, channels):
+        total += values[..., k]
+    return (total / channels).astype(np.float32)
 
 
 def edges(contrast: Singles, complexity: Complexity) -> list[Singles]:
@@ -108,13 +113,10 @@ def edges(contrast: Singles, complexity: Complexity) -> list[Singles]:
     return [contrast * shape, contrast * face, wide * shape]
 
 
-def local_variance(mean: Singles) -> Singles:
-    """Return the variance of pixel means (H, W, C) over 3 x 3 neighbours, averaged over channels."""
-    total = np.zeros(mean.shape[:2], np.float32)
-    for channel in np.moveaxis(mean, -1, 0):
-        square = uniform_filter(channel**2, 3, mode="nearest")
-        total += np.maximum(square - uniform_filter(channel, 3, mode="nearest") ** 2, 0.0)
-    return total / mean.shape[-1]
+def local_variance(values: Singles) -> Singles:
+    """Return the variance of values (H, W) over 3 x 3 neighbours."""
+    mean = uniform_filter(values, 3, mode="nearest")
+    return np.maximum(uniform_filter(values**2, 3, mode="nearest") - mean**2, 0.0)
 
 
 def fit(past: Floats, observed: Floats) -> Floats:

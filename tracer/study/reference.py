@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer import files
-from tracer.metadata import metadata, version
 from tracer.loop import ProgressCallback, render
+from tracer.metadata import metadata, version
 from tracer.scene import Size
 from tracer.source import fingerprint
 

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from tracer import backend, files
 from tracer.errors import SettingsError
-from tracer.metadata import version
 from tracer.loop import Progress
+from tracer.metadata import version
 from tracer.scene import open_scene
 from tracer.settings import make_settings
 from tracer.study.compare import BASELINE, STOCK_SAMPLERS, Measurement, measure
