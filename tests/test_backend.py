@@ -11,9 +11,10 @@ from tracer import backend
 from tracer.errors import BackendError
 
 
-def run_info(**environment):
+def run_info(folder, **environment):
     return subprocess.run(
         [sys.executable, "-m", "tracer", "info"],
+        cwd=folder,
         env={**os.environ, **environment},
         capture_output=True,
         text=True,
@@ -25,7 +26,7 @@ def run_info(**environment):
 def test_forced_library_that_cannot_be_used_is_one_sentence(kind, tmp_path):
     other = next(Path(sys.prefix).rglob("_ctypes*.so"), None) or Path(sys.modules["_ctypes"].__file__)
     path = {"missing": tmp_path / "libLLVM.so", "folder": tmp_path, "not LLVM": other}[kind]
-    result = run_info(DRJIT_LIBLLVM_PATH=str(path))
+    result = run_info(tmp_path, DRJIT_LIBLLVM_PATH=str(path))
     assert result.returncode == 2
     assert result.stdout == ""
     assert result.stderr.count("\n") == 1

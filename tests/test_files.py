@@ -47,9 +47,14 @@ def test_png_is_what_a_screen_shows(tmp_path, result):
 def test_a_failed_write_leaves_what_was_there(tmp_path):
     path = tmp_path / "table.txt"
     files.write_text(path, "old")
-    with pytest.raises(RuntimeError), files.whole(path) as temporary:
-        temporary.write_text("half")
-        raise RuntimeError
+
+    def fail():
+        with files.whole(path) as temporary:
+            temporary.write_text("half")
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        fail()
     assert path.read_text() == "old"
     assert [entry.name for entry in tmp_path.iterdir()] == ["table.txt"]
 
@@ -73,6 +78,6 @@ def test_outputs_are_checked_before_the_work(tmp_path):
 def test_a_folder_that_cannot_be_written(tmp_path):
     with pytest.raises(OutputError, match="Cannot write in folder"):
         files.check_output(files.Path("/proc/out.exr"))
+    (tmp_path / "compare.json").write_text("")
     with pytest.raises(OutputError, match=r"compare\.json' exists"):
-        (tmp_path / "compare.json").write_text("")
         files.prepare_folder(tmp_path, False, ("compare.json",))

@@ -6,6 +6,7 @@ Look first with cheap rays, measure how complex what they hit is, and spend the 
 from __future__ import annotations
 
 import importlib
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tracer import errors
@@ -17,6 +18,10 @@ if TYPE_CHECKING:
     from tracer.settings import Settings
 
 __all__ = ["Progress", "Report", "Result", "Settings", "activate", "errors", "render"]
+
+if not (Path(__file__).parent / "plugins").is_dir():
+    # Imported from a checkout: tracer.plugins and tracer.scenes lie beside this folder, and are installed into it.
+    __path__.append(str(Path(__file__).parents[1]))
 
 point_to_library()  # before anything imports Dr.Jit, which loads LLVM as it is imported
 

@@ -1,6 +1,5 @@
 """The program: what it writes, and one sentence for every mistake."""
 
-import os
 import signal
 import subprocess
 import sys
@@ -8,7 +7,7 @@ import time
 
 import numpy as np
 import pytest
-from conftest import LIT, SENSOR
+from conftest import LIT
 
 from tracer.cli import main, repeat_option
 from tracer.files import read_exr
@@ -95,9 +94,8 @@ def test_info_names_the_library(tracer_program):
 
 
 def test_compare_prints_a_table_and_keeps_the_reference(tracer_program, scene_file, tmp_path):
-    scene = scene_file(
-        f'<integrator type="path"/>{SENSOR}<shape type="sphere"><point name="center" x="0" y="0" z="4"/></shape><emitter type="constant"/>'
-    )
+    ball = '<shape type="sphere"><point name="center" x="0" y="0" z="4"/></shape>'
+    scene = scene_file(LIT + ball)
     arguments = ("compare", scene, "--spp", "4", "8", "--seeds", "2", "--size", "14", "--reference-spp", "32")
     code, out, _ = tracer_program(*arguments, "-o", tmp_path / "results")
     assert code == 0
@@ -105,10 +103,10 @@ def test_compare_prints_a_table_and_keeps_the_reference(tracer_program, scene_fi
         assert word in out
     written = {path.name for path in (tmp_path / "results").iterdir()}
     assert written == {"compare.json", "compare.md", f"{tmp_path.name}.png"}
-    kept = [path for path in (tmp_path / "cache").rglob("*.exr")]
+    kept = list((tmp_path / "cache").rglob("*.exr"))
     assert len(kept) == 1
     assert tracer_program(*arguments)[0] == 0
-    assert [path for path in (tmp_path / "cache").rglob("*.exr")] == kept
+    assert list((tmp_path / "cache").rglob("*.exr")) == kept
 
 
 def test_several_budgets_may_follow_one_option():
@@ -130,7 +128,7 @@ def test_ctrl_c_leaves_what_there_is_clearly_marked(scene_file, tmp_path):
     scene = scene_file(LIT.replace('value="12"', 'value="256"').replace('value="8"', 'value="256"'))
     output = tmp_path / "out.exr"
     command = [sys.executable, "-m", "tracer", "render", str(scene), "-o", str(output), "--spp", "20000"]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=os.environ)
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=tmp_path)
     time.sleep(8)
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=60)

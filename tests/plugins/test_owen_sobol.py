@@ -156,11 +156,11 @@ for name in ("path", "volpath", "prb"):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("variant", [name for name in mi.variants() if name.startswith("llvm")])
-def test_renders_under_every_llvm_variant(variant):
+def test_renders_under_every_llvm_variant(variant, tmp_path):
     import subprocess
     import sys
 
-    subprocess.run([sys.executable, "-c", VARIANT_SCRIPT, variant], check=True, timeout=300)
+    subprocess.run([sys.executable, "-c", VARIANT_SCRIPT, variant], check=True, timeout=300, cwd=tmp_path)
 
 
 @pytest.mark.slow
