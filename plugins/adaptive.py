@@ -81,7 +81,14 @@ class AdaptiveIntegrator(mi.SamplingIntegrator):
         settings["seed"] = seed or settings.get("seed", 0)
         with open_scene(scene, chosen, self) as view:
             self.result = render_view(view, make_settings(**settings))
+            view.fill_film(self.result.image)
         return mi.TensorXf(self.result.image)
+
+    def render_forward(self, *arguments: Any, **options: Any) -> mi.TensorXf:
+        raise SettingsError("adaptive: cannot be differentiated; render with the nested integrator for gradients.")
+
+    def render_backward(self, *arguments: Any, **options: Any) -> None:
+        raise SettingsError("adaptive: cannot be differentiated; render with the nested integrator for gradients.")
 
     def sample(self, scene: mi.Scene, sampler: mi.Sampler, ray: Any, medium: Any = None, active: Any = True) -> Any:
         return self.nested.sample(scene, sampler, ray, medium, active)

@@ -8,6 +8,9 @@ constants of N. Vegdahl ("Building a Better LK Hash", 2021).
 A sample is a pure function of (seed, pixel, sample index, dimension), never of its lane: chunk size, order of rounds
 and number of threads cannot change it, and any prefix of a power-of-two length is a net.
 
+Where ``mi.render`` itself splits a picture into passes, above 2^32 samples, it does not tell a Python sampler how many
+samples a pixel has in each: the picture is right, but less well stratified.
+
 .. pluginparameters::
 
  * - sample_count
@@ -78,6 +81,8 @@ class OwenSobolSampler(mi.Sampler):
 
     def seed(self, seed: mi.UInt32, wavefront_size: int = 0xFFFFFFFF) -> None:
         """Key the lanes the way Mitsuba's integrators lay them out: all samples of a pixel, then the next pixel."""
+        if wavefront_size == 0xFFFFFFFF:
+            wavefront_size = self.wavefront_size()
         super().seed(seed, wavefront_size)
         lane = dr.arange(mi.UInt32, wavefront_size)
         spp = dr.opaque(mi.UInt32, self.sample_count())
@@ -86,7 +91,7 @@ class OwenSobolSampler(mi.Sampler):
 
     def seed_samples(self, seed: mi.UInt32, pixel: mi.UInt32, index: mi.UInt32) -> None:
         """Key each lane by hand: sample ``index`` of pixel ``pixel`` (arrays of one width), at dimension 0."""
-        root = mix(mi.UInt32(seed) + GOLDEN_RATIO * (1 + self.base_seed))
+        root = mix(mi.UInt32(seed) + (GOLDEN_RATIO * (1 + self.base_seed)) % 2**32)
         dr.make_opaque(root)  # a literal would be compiled into the kernel, one kernel a seed
         self.key = mix(mix(mi.UInt32(pixel) + GOLDEN_RATIO) ^ root)
         self.index = dr.brev(mi.UInt32(index))

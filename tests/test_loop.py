@@ -96,6 +96,7 @@ def test_a_scene_with_nothing_to_gain_is_rendered_uniformly():
     film = {"type": "hdrfilm", "width": 16, "height": 16}
     result = tracer.render({"type": "scene", "sky": sky, "sensor": {"type": "perspective", "film": film}}, spp=32)
     assert np.ptp(result.samples) == 0
+    assert "is uniform: adapting it would gain" in result.report.notes[0]
     assert result.image == pytest.approx(np.full((16, 16, 3), 0.5), rel=1e-5)
     assert result.stderr.max() < 1e-6
 
@@ -108,6 +109,12 @@ def test_thin_things_get_more_samples_than_the_sky():
     scene["rod"] |= {"bsdf": {"type": "diffuse", "reflectance": 0.1}}
     samples = tracer.render(scene, spp=64).samples
     assert samples[:, 15:18].mean() > 4 * samples[:, :10].mean()
+
+
+def test_too_small_a_budget_is_uniform_and_says_so(cornell):
+    result = tracer.render(cornell(), spp=8)
+    assert np.ptp(result.samples) == 0
+    assert "Uniform: 8 spp leave nothing to decide" in result.report.notes[0]
 
 
 def test_predicted_gain_is_one_plus_squared_variation():

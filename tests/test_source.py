@@ -22,6 +22,7 @@ from tracer.source import fingerprint, load
         ('<integrator type="path"><string name="max_depth" value="deep"/></integrator>', "max_depth"),
         ('<integrator type="adaptive"><string name="criterion" value="fuse"/></integrator>', "did you mean 'fused'"),
         ('<integrator type="adaptive"><integer name="threshold" value="1"/></integrator>', "threshold"),
+        ('<integrator type="adaptive"><integer name="spp" value="0"/></integrator>', "greater than or equal to 1"),
         ('<integrator type="adaptive"><integrator type="ptracer"/></integrator>', "cannot be sampled pixel by pixel"),
         ('<integrator type="path"/>', "has no sensor"),
     ],
@@ -34,6 +35,7 @@ def test_a_scene_that_cannot_be_rendered_is_one_sentence(scene_file, body, messa
     assert message in text
     assert str(path) in text
     assert "\n" not in text
+    assert "Traceback" not in text
 
 
 def test_missing_files_folders_and_strangers(tmp_path):
@@ -75,6 +77,21 @@ def test_a_film_is_resized_and_restored(cornell):
     assert tuple(scene.sensors()[0].film().size()) == (24, 16)
     with pytest.raises(SettingsError, match="at least 1 pixel"), open_scene(scene, size=0):
         pass
+
+
+def test_a_crop_window_is_scaled_with_the_film(cornell):
+    film = {"crop_width": 3, "crop_height": 3, "crop_offset_x": 3, "crop_offset_y": 3}
+    scene = mi.load_dict(cornell(size=(6, 6), **film))
+    with open_scene(scene, size=3) as view:
+        assert view.size in ((1, 1), (2, 2))
+    with open_scene(scene) as view:
+        assert view.size == (3, 3)
+
+
+def test_a_replaced_sampler_keeps_only_its_sample_count(cornell):
+    scene = cornell()
+    scene["sensor"]["sampler"] = {"type": "stratified", "sample_count": 16, "jitter": False}
+    assert load(scene, sampler="independent").sensors()[0].sampler().sample_count() == 16
 
 
 def test_fingerprint_follows_every_file_of_a_scene(tmp_path, scene_file):

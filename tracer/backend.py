@@ -77,7 +77,10 @@ def require_usable(library: Library) -> Library:
     """Return ``library``, or raise BackendError when rendering with it would abort the process."""
     if library.version[0] < MINIMUM_LLVM:
         version = ".".join(map(str, library.version))
-        raise BackendError(f"LLVM {version} in '{library.path}' is too old and would abort the process: {REMEDY}.")
+        raise BackendError(
+            f"LLVM {version} in '{library.path}' is too old and would abort the process: "
+            f"import tracer before mitsuba, or {REMEDY}."
+        )
     return library
 
 
@@ -99,9 +102,11 @@ def loaded_library() -> Library:
     version = tuple(int(part) for part in drjit.detail.llvm_version())
     path = Path(os.environ.get(VARIABLE) or "libLLVM of the system")
     maps = Path("/proc/self/maps")
-    if maps.exists() and not path.is_file():
-        loaded = {line.split()[-1] for line in maps.read_text().splitlines() if "libLLVM" in line}
-        path = Path(min(loaded, default=str(path)))
+    if maps.exists():
+        files = {line.split()[-1] for line in maps.read_text().splitlines() if "libLLVM" in line}
+        # Our own check may have opened another one; the name tells the versions apart.
+        named = [file for file in files if f".so.{version[0]}" in file or f"LLVM-{version[0]}" in file]
+        path = Path(min(named or files, default=str(path)))
     return Library(path, (version[0], version[1], version[2]), VARIABLE if os.environ.get(VARIABLE) else "Dr.Jit")
 
 
@@ -116,7 +121,7 @@ def activate(variant: str | None = None) -> str:
     A variant that is already active is kept unless ``variant`` names another. Raises BackendError, before anything is
     rendered, when there is no usable LLVM, the variant does not exist, or it cannot run wavefronts.
     """
-    library = named_library()
+    named_library()
     import mitsuba as mi
 
     wanted = variant or mi.variant() or DEFAULT_VARIANT
@@ -129,8 +134,8 @@ def activate(variant: str | None = None) -> str:
             mi.set_variant(wanted)
         except ImportError as error:
             raise BackendError(f"Mitsuba could not start variant '{wanted}' ({error}): {REMEDY}.") from None
-    if wanted.startswith("llvm_") and library is None:
-        require_usable(loaded_library())
+    if wanted.startswith("llvm_"):
+        require_usable(loaded_library())  # not the one named, if something imported Dr.Jit before us
     importlib.import_module("tracer.plugins")
     return wanted
 

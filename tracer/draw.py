@@ -122,8 +122,17 @@ def draw(view: View, sampler: Any, seed: Any, pixel: Any, index: Any, differenti
     row, column = divide(pixel, view.grid[1])
     ray, weight, position = camera_ray(view, sampler, row, column)
     ray.scale_differential(differential_scale)
-    radiance, valid, aovs = view.integrator.sample(view.scene, sampler, ray, view.sensor.get_medium())
+    radiance, valid, aovs = sample_radiance(view, sampler, ray)
     return Samples(view.to_channels(weight * radiance, valid, ray.wavelengths) + list(aovs), position)
+
+
+def sample_radiance(view: View, sampler: Any, ray: Any) -> tuple[Any, Any, list[Any]]:
+    """Return (radiance, valid, AOVs) along rays; Mitsuba's Python integrators have an interface of their own."""
+    if isinstance(view.integrator, mi.CppADIntegrator):
+        nothing = {"depth": mi.UInt32(0), "δL": None, "δaovs": None, "state_in": None, "active": mi.Bool(True)}
+        primal = dr.ADMode.Primal
+        return view.integrator.sample(mode=primal, scene=view.scene, sampler=sampler, ray=ray, **nothing)[:3]
+    return view.integrator.sample(view.scene, sampler, ray, view.sensor.get_medium())
 
 
 def divide(number: Any, divisor: int) -> tuple[Any, Any]:

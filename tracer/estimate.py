@@ -127,7 +127,7 @@ class Estimate:
 
         Image: sum over pixels i in reach of A_i / n_i, divided by the same sum of B_i / n_i, with A and B the sums of
         weight x channel and of weight over the n_i samples of i. Its variance is the sum of s_i^2 / n_i times the
-        square of the share that i has in the image's pixel.
+        square of the share that i has in the image's pixel; pixels i with fewer than two samples add nothing to it.
         """
         (grid_height, grid_width), border = self.view.grid, self.view.border
         row, column = divide(dr.arange(mi.UInt32, self.view.size[0] * self.view.size[1]), self.view.size[1])

@@ -14,7 +14,11 @@ PYTHON_INTEGRATORS = ("direct_projective", "prb", "prb_basic", "prb_projective",
 
 def load_error(what: str, error: Exception) -> SceneError:
     """Return a SceneError whose message is one line: what failed, where, and the nearest known name if there is one."""
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    # From a plugin in Python: Mitsuba says where, then comes the stack, then what the plugin has to say.
+    where, _, stack = str(error).partition("Traceback (most recent call last)")
+    said = [line for line in stack.splitlines() if line.strip(" ^~")][-1:]
+    lines = [line.strip() for line in (*where.splitlines(), *said) if line.strip()]
+    lines = [re.sub(r"^[\w.]*Error: ", "", line) for line in lines]
     message = re.sub(r"\[\w+\.(?:cpp|h|py):\d+\]\s*", "", " ".join(lines)).strip().rstrip(".!")
     hint = nearest_name(message)
     return SceneError(f"{what} does not load: {message}." + (f" Did you mean '{hint}'?" if hint else ""))

@@ -91,10 +91,11 @@ class Rendering:
 
     def run(self) -> Result:
         """Run all rounds and develop the picture."""
-        complexity = self.look()
+        goals = self.goals()
+        complexity = self.look() if len(goals) > 1 or not self.criterion.needs_radiance else None
         before: Statistics | None = None
         known: Statistics | None = None
-        for goal in self.goals():
+        for goal in goals:
             allocation = self.allocate(complexity, known, before, goal)
             self.draw_round(allocation)
             if not self.report.complete:
@@ -125,7 +126,13 @@ class Rendering:
         GROWTH. Others have one round.
         """
         spp, pilot = self.settings.spp, self.settings.pilot_samples
-        if not self.criterion.needs_radiance or spp <= 2 * pilot:
+        if not self.criterion.needs_radiance:
+            return [self.total]
+        if spp <= 2 * pilot:
+            self.report.notes.append(
+                f"Uniform: {spp} spp leave nothing to decide after two rounds of {pilot} samples per pixel; "
+                "use a larger spp or a smaller pilot_spp."
+            )
             return [self.total]
         rounds = ceil(log(spp / (2 * pilot)) / log(GROWTH) - 1e-9)
         later = [2 * pilot * (spp / (2 * pilot)) ** ((k + 1) / rounds) for k in range(rounds)]
@@ -147,7 +154,12 @@ class Rendering:
             goal=goal,
         )
         importance = self.criterion.importance(evidence)
-        if self.criterion.needs_radiance and predicted_gain(importance) < LEAST_GAIN:
+        gain = predicted_gain(importance)
+        if self.criterion.needs_radiance and gain < LEAST_GAIN:
+            self.report.notes.append(
+                f"Round {len(self.report.rounds) + 1} is uniform: adapting it would gain a factor of {gain:.3f}, "
+                f"below {LEAST_GAIN}."
+            )
             importance = np.ones_like(importance)
         # The floor grows with the budget: reached at once, it could ask for more than is left to share out.
         lower = np.maximum(self.drawn, self.settings.least_samples * goal / self.total)

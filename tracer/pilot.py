@@ -21,8 +21,8 @@ from tracer.hashing import mix
 from tracer.scene import View
 
 Floats = NDArray[np.float64]
-SEED_OFFSET = 0x5EED
-"""Keeps pilot rays apart from the samples that make the picture, whose seed is the user's."""
+PILOT_KEY = 0x9170
+"""Keeps pilot rays apart from the samples that make the picture, of whatever seed."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def hits(view: View, sampler: Any, seed: int, rays: int, block: int, rows: int, 
     last_row, last_column, side = (dr.opaque(mi.UInt32, n) for n in (view.grid[0] - 1, view.grid[1] - 1, block))
     row = dr.minimum(group_row * side + row_in_block, last_row)
     column = dr.minimum(group_column * side + column_in_block, last_column)
-    sampler.seed_samples(seed + SEED_OFFSET, divide(lane, rays)[0], ray_index)
+    sampler.seed_samples(mix(mix(mi.UInt32(seed)) ^ PILOT_KEY), divide(lane, rays)[0], ray_index)
     ray, _, _ = camera_ray(view, sampler, row, column)
     found = view.scene.ray_intersect_preliminary(ray, coherent=True)
     instance, shape = (dr.reinterpret_array(mi.UInt32, pointer) for pointer in (found.instance, found.shape))

@@ -10,6 +10,7 @@ from typing import Any
 
 import drjit as dr
 import mitsuba as mi
+import numpy as np
 
 from tracer.errors import SceneError, SettingsError
 from tracer.load_error import load_error
@@ -90,6 +91,21 @@ class View:
         """How many of the channels, from the first, are colour: what decisions look at."""
         return 3 if self.channels[0] in "RX" else 1
 
+    def fill_film(self, image: Any) -> None:
+        """Leave ``image`` (H, W, C) in the film, where ``film.develop()`` and ``film.write()`` look for it."""
+        names = list(self.integrator.aov_names())
+        self.film.prepare(names)
+        colour = image[..., : self.colour_channels]
+        if self.channels[0] == "X":
+            colour = np.array(mi.xyz_to_srgb(mi.Color3f(colour.reshape(-1, 3).T))).T.reshape(colour.shape)
+        elif self.colour_channels == 1:
+            colour = colour.repeat(3, axis=-1)
+        after = image[..., self.colour_channels :]
+        alpha, aovs = after[..., : after.shape[-1] - len(names)], after[..., after.shape[-1] - len(names) :]
+        parts = [colour, alpha, np.ones_like(image[..., :1]), aovs]
+        tensor = mi.TensorXf(np.concatenate(parts, axis=-1).astype(np.float32))
+        self.film.put_block(mi.ImageBlock(tensor, mi.ScalarPoint2i(self.film.crop_offset())))
+
     def to_channels(self, spectrum: Any, valid: Any, wavelengths: Any) -> list[Any]:
         """Convert weighted radiance to the film's channels (mi.Float each), without AOVs."""
         if mi.is_polarized:
@@ -129,7 +145,9 @@ def open_scene(source: Any, sensor: Any = 0, integrator: Any = None, size: Size 
         raise SettingsError(f"There is no sensor {sensor}: {describe(source)} has {len(sensors)}, counted from 0.")
     chosen = sensors[sensor] if isinstance(sensor, int) else sensor
     asked = make_integrator(integrator if integrator is not None else scene.integrator())
-    view = View(scene, chosen, require_nestable(getattr(asked, "nested", asked)), getattr(asked, "settings", {}))
+    ours = type(asked).__name__ == "AdaptiveIntegrator"  # by name: the class is another one in every variant
+    nested, settings = (asked.nested, asked.settings) if ours else (asked, {})
+    view = View(scene, chosen, require_nestable(nested), settings)
     if mi.has_flag(chosen.film().flags(), mi.FilmFlags.Special):
         raise SceneError(f"Film '{chosen.film().class_name()}' is not supported; use an 'hdrfilm'.")
     original = resize_film(chosen, size)
@@ -169,16 +187,20 @@ def resize_film(sensor: Any, size: Size) -> dict[str, Any]:
     if size is None:
         return {}
     parameters = mi.traverse(sensor)
-    names = ("film.size", "film.crop_size", "film.crop_offset")
-    original = {name: [int(x) for x in parameters[name]] for name in names}
+    original = {
+        name: [int(x) for x in parameters[name]] for name in ("film.size", "film.crop_size", "film.crop_offset")
+    }
     old_width, old_height = original["film.size"]
     width, height = (size, max(1, round(old_height * size / old_width))) if isinstance(size, int) else size
     if width < 1 or height < 1:
         raise SettingsError(f"The size must be at least 1 pixel a side, not {width} x {height}.")
-    scale = (width / old_width, height / old_height)
+    begins, ends = [], []
+    for new, old, crop, offset in zip((width, height), *original.values(), strict=True):
+        begins.append(min(round(offset * new / old), new - 1))
+        ends.append(max(round((offset + crop) * new / old), begins[-1] + 1))
     parameters["film.size"] = [width, height]
-    for name, least in (("film.crop_size", 1), ("film.crop_offset", 0)):
-        parameters[name] = [max(least, round(x * s)) for x, s in zip(original[name], scale, strict=True)]
+    parameters["film.crop_offset"] = begins
+    parameters["film.crop_size"] = [end - begin for begin, end in zip(begins, ends, strict=True)]
     parameters.update()
     return original
 

@@ -12,6 +12,10 @@ LUMINANCE = np.array([0.212671, 0.715160, 0.072169])
 """Weights of linear sRGB in luminance, those of ``mi.luminance``."""
 
 
+SSIM_WINDOW = 7
+"""Pixels a side of scikit-image's default window."""
+
+
 def luminance(image: ArrayLike) -> Floats:
     """Return the luminance (H, W) of a linear image (H, W, 3) or (H, W, 1)."""
     image = np.asarray(image, np.float64)
@@ -43,8 +47,8 @@ def ssim(image: ArrayLike, reference: ArrayLike) -> float:
     from skimage.metrics import structural_similarity
 
     image, reference = same_shape(image, reference)
-    if min(image.shape[:2]) < 7:
-        raise ValueError("SSIM needs images of at least 7 x 7 pixels")
+    if min(image.shape[:2]) < SSIM_WINDOW:
+        raise ValueError(f"SSIM needs images of at least {SSIM_WINDOW} x {SSIM_WINDOW} pixels")
     return float(structural_similarity(encode_srgb(image), encode_srgb(reference), data_range=1.0, channel_axis=-1))
 
 

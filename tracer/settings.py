@@ -11,6 +11,8 @@ from tracer.errors import SettingsError
 from tracer.load_error import nearest
 from tracer.objective import OBJECTIVES
 
+MOST_PILOT_RAYS = 16
+
 
 class Settings(BaseModel):
     """Settings of a render. The parameters of the plugin ``adaptive`` have the same names."""
@@ -63,8 +65,8 @@ class Settings(BaseModel):
 
     @property
     def pilot_rays(self) -> int:
-        """ID rays per pixel."""
-        return self.pilot_spp or 4
+        """ID rays per pixel; more than MOST_PILOT_RAYS would tell nothing new."""
+        return min(self.pilot_spp or 4, MOST_PILOT_RAYS)
 
     @property
     def least_samples(self) -> int:

@@ -26,7 +26,7 @@ def load(source: Any, sampler: str | None = None, merge_meshes: bool = False) ->
     """Return the ``mi.Scene`` of a path or dictionary; an object is passed through. Raises SceneError.
 
     Meshes of one material are not merged, as ``mi.load_file`` does by default, so that shapes can be told apart.
-    ``sampler`` names a plugin to take the place of every sampler of the scene.
+    ``sampler`` names a plugin to take the place of every sampler of the scene, with its sample count.
     """
     if not isinstance(source, str | Path | dict):
         if not hasattr(source, "class_name"):
@@ -37,6 +37,8 @@ def load(source: Any, sampler: str | None = None, merge_meshes: bool = False) ->
     for node in state.nodes:
         if sampler is not None and node.type == mi.ObjectType.Sampler:
             node.props.set_plugin_name(sampler)
+            for name in [name for name in node.props.keys() if name != "sample_count"]:  # noqa: SIM118
+                node.props.remove_property(name)
     try:
         with files_beside(source):
             mi.parser.transform_all(config, state)

@@ -53,6 +53,8 @@ BAD = [
     (("compare", "SCENE", "--spp", "16", "0"), 2, "spp"),
     (("compare", "SCENE", "--criterion", "nothing"), 2, "there is no criterion"),
     (("compare", "SCENE", "SCENE"), 2, "Two scenes are named"),
+    (("compare", "SCENE", "--size", "6"), 2, "needs at least 7 a side"),
+    (("compare", "SCENE", "-o", "."), 2, "compare.md' exists"),
     (("compare", "SCENE", "--reference-spp", "8"), 2, "reference_spp"),
     (("demo", "-o", "no"), 2, "There is no folder"),
 ]
@@ -67,6 +69,7 @@ def test_mistakes_are_one_sentence(tracer_program, scene_file, tmp_path, monkeyp
     }
     monkeypatch.chdir(tmp_path)
     (tmp_path / "there.exr").write_text("mine")
+    (tmp_path / "compare.md").write_text("mine")
     before = sorted(path.name for path in tmp_path.iterdir())
     found, out, err = tracer_program(*(files.get(argument, argument) for argument in arguments))
     assert found == code
@@ -76,6 +79,15 @@ def test_mistakes_are_one_sentence(tracer_program, scene_file, tmp_path, monkeyp
     assert "Traceback" not in err
     assert sorted(path.name for path in tmp_path.iterdir()) == before
     assert (tmp_path / "there.exr").read_text() == "mine"
+
+
+def test_settings_of_the_scenes_integrator_are_the_defaults(tracer_program, scene_file, tmp_path):
+    settings = '<integer name="spp" value="5"/><string name="criterion" value="uniform"/>'
+    scene = scene_file(LIT.replace('type="path"/>', f'type="adaptive">{settings}</integrator>'))
+    code, _, _ = tracer_program("render", scene, "-o", tmp_path / "out.exr")
+    assert code == 0
+    _, _, own = read_exr(tmp_path / "out.exr")
+    assert (own["spp"], own["criterion"]) == (5, "uniform")
 
 
 def test_overwrite(tracer_program, scene_file, tmp_path):

@@ -60,3 +60,20 @@ def test_survives_a_change_of_variant_and_back(cornell):
 
 def test_prints_itself():
     assert "min_spp = 3" in str(mi.load_dict({"type": "adaptive", "min_spp": 3}))
+
+
+@pytest.mark.parametrize("pixel_format", ["rgb", "rgba", "luminance", "xyz"])
+def test_the_picture_is_left_in_the_film(cornell, pixel_format):
+    scene = mi.load_dict(cornell(pixel_format=pixel_format) | {"integrator": {"type": "adaptive"}})
+    image = np.array(scene.integrator().render(scene, spp=8))
+    assert np.array(scene.sensors()[0].film().develop()) == pytest.approx(image, rel=1e-4, abs=1e-5)
+
+
+def test_mitsubas_python_integrators_can_be_nested(cornell):
+    names = ("prb", "path")
+    images = [tracer.render(cornell(), spp=256, integrator={"type": name, "max_depth": 3}).image for name in names]
+    assert images[0].mean() == pytest.approx(images[1].mean(), rel=0.02)
+
+
+def test_largest_seed(cornell):
+    assert tracer.render(cornell(), spp=16, seed=2**32 - 1).report.complete

@@ -136,6 +136,10 @@ def test_seeds_and_pixels_differ_and_counts_are_checked():
     assert not np.array_equal(points(16, seed=1), points(16, seed=2))
     assert not np.array_equal(points(16, pixel=1), points(16, pixel=2))
     assert not np.array_equal(points(16, skip=0), points(16, skip=1))
+    for seed in (1, 2**31):
+        sampler = mi.load_dict({"type": "owen_sobol", "sample_count": 16, "seed": seed})
+        sampler.seed(0, 16)
+        assert not np.array_equal(np.array(sampler.next_2d()), points(16, seed=0, pixel=0))
     with pytest.raises(RuntimeError, match="at least 1"):
         mi.load_dict({"type": "owen_sobol", "sample_count": 0})
 

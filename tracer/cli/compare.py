@@ -46,7 +46,7 @@ def compare(
     )
     comparison.check(scenes)
     if output is not None:
-        files.prepare_folder(output, overwrite, ("compare.json",))
+        files.prepare_folder(output, overwrite, comparison.files(scenes))
     from tracer.cli.progress import steps
 
     with steps(quiet) as progress:

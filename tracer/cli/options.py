@@ -8,8 +8,6 @@ from typing import Annotated
 import typer
 
 SceneFile = Annotated[Path, typer.Argument(help="Mitsuba scene file (XML).", show_default=False)]
-Seed = Annotated[int, typer.Option(help="Seed of the samples.")]
-Criterion = Annotated[str, typer.Option(help="Where it is worth it: fused, variance, shape_entropy, ...")]
 Objective = Annotated[str, typer.Option(help="Which error is to be small: relative, absolute or display.")]
 Integrator = Annotated[str | None, typer.Option(help="Plugin to use instead of the scene's integrator.")]
 Sensor = Annotated[int, typer.Option(help="Number of the scene's sensor, from 0.")]

@@ -20,9 +20,12 @@ def comparison_table(table: Sequence[Row]) -> None:
     """Print a table for each scene and budget, and the means over scenes if there are several."""
     console = Console()
     for (scene, spp), group in itertools.groupby(table, key=lambda row: (row.scene, row.spp)):
-        shown = Table(title=f"{scene}, {spp} spp", title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
+        shown = Table(
+            title=f"{scene}, {spp} spp", title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0)
+        )
         for heading in HEADINGS[OWN_COLUMNS:]:
-            shown.add_column(heading, no_wrap=not heading.startswith("gain"), justify="left")
+            is_gain = heading.startswith("gain")
+            shown.add_column(heading, no_wrap=not is_gain, min_width=7 if is_gain else None)
         for row in group:
             shown.add_row(*cells(row)[OWN_COLUMNS:])
         console.print(shown)

@@ -51,6 +51,8 @@ def fused(evidence: Evidence) -> Floats:
     if len(chosen) == 0:
         return np.ones_like(evidence.weight)
     past = np.stack([column.ravel()[chosen] for column in predictors(before, evidence)], axis=-1)
+    if not np.all(np.isfinite(past)):  # radiance beyond what float32 can square
+        return np.ones_like(evidence.weight)
     coefficients = fit(past.astype(np.float64), observed.ravel()[chosen])
     predicted = combine(predictors(known, evidence), coefficients)
     return np.sqrt(np.maximum(predicted, SMALLEST * predicted.mean()))

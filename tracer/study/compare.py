@@ -115,7 +115,7 @@ def own_method(view: View, criterion: str, objective: str) -> Method:
 
     def run(spp: int, seed: int) -> tuple[NDArray[np.float32], int]:
         result = render_view(view, make_settings(spp=spp, seed=seed, criterion=criterion, objective=objective))
-        return result.image, int(result.samples.sum())
+        return result.image[..., : view.colour_channels], sum(one.samples for one in result.report.rounds)
 
     return run
 
@@ -126,7 +126,7 @@ def stock_method(view: View) -> Method:
     def run(spp: int, seed: int) -> tuple[NDArray[np.float32], int]:
         with dr.suspend_grad():
             image = view.integrator.render(view.scene, sensor=view.sensor, seed=seed, spp=spp)
-        return np.array(image), view.sensor.sampler().sample_count() * view.pixel_count
+        return np.array(image)[..., : view.colour_channels], view.sensor.sampler().sample_count() * view.pixel_count
 
     return run
 
@@ -141,8 +141,8 @@ def judge(
     samples: int,
     seconds: float,
 ) -> Measurement:
-    """Score one picture. Colour counts, alpha and AOVs do not."""
-    picture, truth = colour(image), colour(reference)
+    """Score the colour channels ``image`` (H, W, 1 or 3); ``reference`` may have alpha and AOVs after them."""
+    picture, truth = image, reference[..., : image.shape[-1]]
     return Measurement(
         scene,
         method,
@@ -155,11 +155,6 @@ def judge(
         samples,
         seconds,
     )
-
-
-def colour(image: NDArray) -> NDArray:
-    """Return the colour channels (H, W, 3) or (H, W, 1) of an image."""
-    return image[..., :3] if image.shape[-1] >= 3 else image[..., :1]
 
 
 def interval(values: Sequence[float]) -> Interval:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from tracer import backend
 from tracer.files import write_text
-from tracer.loop import render
+from tracer.loop import ProgressCallback, render
 from tracer.study.compare import BASELINE, judge
 from tracer.study.picture import Panel, relative_error, write_panels
 from tracer.study.run import Comparison, StepCallback, make_reference
@@ -20,6 +20,11 @@ REFERENCE_SPP = 1024
 WARM_UP_SPP = 4
 
 
+def told(method: str, progress: StepCallback | None) -> ProgressCallback | None:
+    """Return the callback of a render that passes its progress on."""
+    return progress and (lambda now: progress(f"{SCENE}: {method}", now.done, now.total))
+
+
 def run_demo(picture: Path, table: Path, progress: StepCallback | None = None) -> list[Row]:
     """Write ``picture`` and ``table`` and return the table. Raises KeyboardInterrupt if ``progress`` stops it."""
     backend.activate()
@@ -28,7 +33,9 @@ def run_demo(picture: Path, table: Path, progress: StepCallback | None = None) -
         results = {}
         for method in (BASELINE, CRITERION):
             render(scene, spp=WARM_UP_SPP, criterion=method)  # compiles the kernels, which is not what is compared
-            results[method] = render(scene, spp=SPP, criterion=method)
+            results[method] = render(scene, spp=SPP, criterion=method, progress=told(method, progress))
+            if not results[method].report.complete:
+                raise KeyboardInterrupt
     measurements = [
         judge(SCENE, method, SPP, 0, result.image, truth.image, int(result.samples.sum()), result.seconds)
         for method, result in results.items()

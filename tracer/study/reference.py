@@ -62,12 +62,13 @@ def reference(
     """
     path = cache_folder() / f"{cache_key(source, integrator, sensor, size, spp)}.exr"
     if not path.exists():
+        scene_hash = fingerprint(source)
         settings: dict[str, Any] = {"spp": spp, "seed": SEED, "criterion": "uniform"}
         result = render(source, integrator=integrator, sensor=sensor, size=size, progress=progress, **settings)
         if not result.report.complete:
             raise KeyboardInterrupt
         path.parent.mkdir(parents=True, exist_ok=True)
-        files.write_result(path, result, metadata(result, fingerprint(source)))
+        files.write_result(path, result, metadata(result, scene_hash))
     names, values, _ = files.read_exr(path)
     errors = [k for k, name in enumerate(names) if name.startswith("stderr.")]
     colours = [k for k, name in enumerate(names) if f"stderr.{name}" in names]

@@ -6,6 +6,7 @@ import json
 import platform
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,13 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer import backend, files
+from tracer import backend, files, score
 from tracer.errors import SettingsError
 from tracer.loop import Progress
 from tracer.metadata import version
 from tracer.scene import open_scene
 from tracer.settings import make_settings
-from tracer.study.compare import BASELINE, STOCK_SAMPLERS, Measurement, measure
+from tracer.study.compare import BASELINE, STOCK_SAMPLERS, Measurement, measure, open_methods
 from tracer.study.picture import Panel, relative_error, write_panels
 from tracer.study.reference import FACTOR, Reference, reference
 from tracer.study.table import Row, markdown, rows
@@ -56,8 +57,18 @@ class Comparison:
             raise SettingsError(f"Two scenes are named '{twice}'; rename one, results are kept by name.")
         backend.activate()
         for scene in scenes:
-            with open_scene(scene, self.sensor, self.integrator, self.size):
-                pass
+            with ExitStack() as stack:
+                open_methods(stack, scene, self.criteria, self.integrator, self.sensor, self.size, self.objective)
+                height, width = stack.enter_context(open_scene(scene, self.sensor, self.integrator, self.size)).size
+            if min(height, width) < score.SSIM_WINDOW:
+                raise SettingsError(
+                    f"'{scene}' is {width} x {height} pixels; structural similarity needs at least "
+                    f"{score.SSIM_WINDOW} a side, use a larger --size."
+                )
+
+    def files(self, scenes: Sequence[Path]) -> tuple[str, ...]:
+        """Return the names of the files that the comparison writes."""
+        return ("compare.json", "compare.md", *(f"{scene_name(scene)}.png" for scene in scenes))
 
     @property
     def samples_of_reference(self) -> int:
@@ -148,9 +159,18 @@ def write_tables(folder: Path, comparison: Comparison, measurements: Sequence[Me
         "measurements": [asdict(one) for one in measurements],
         "table": [asdict(row) for row in table],
     }
-    files.write_text(folder / "compare.json", json.dumps(numbers, indent=1) + "\n")
+    files.write_text(folder / "compare.json", json.dumps(finite(numbers), indent=1, allow_nan=False) + "\n")
     head = f"`{command}`, {machine['processor']}, {machine['threads']} threads, {comparison.seeds} seeds\n\n"
     files.write_text(folder / "compare.md", head + markdown(table))
+
+
+def finite(value: Any) -> Any:
+    """Return nested lists and dictionaries with None for numbers that JSON does not know."""
+    if isinstance(value, dict):
+        return {name: finite(entry) for name, entry in value.items()}
+    if isinstance(value, list):
+        return [finite(entry) for entry in value]
+    return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
 def write_picture(
@@ -160,7 +180,7 @@ def write_picture(
     spp = comparison.spps[0]
     adaptive = next((name for name in comparison.criteria if name != BASELINE), BASELINE)
     uniform_image, adaptive_image = images[f"{BASELINE} {spp}"], images[f"{adaptive} {spp}"]
-    errors = [relative_error(image[..., :3], truth.image[..., :3]) for image in (uniform_image, adaptive_image)]
+    errors = [relative_error(image, truth.image[..., : image.shape[-1]]) for image in (uniform_image, adaptive_image)]
     top = float(np.quantile(errors[0], 0.99))
     panels: list[Panel] = [
         (BASELINE, uniform_image, False),

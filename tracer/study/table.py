@@ -108,21 +108,27 @@ def bounds(value: Interval) -> str:
 
 
 def markdown(table: Sequence[Row]) -> str:
-    """Return the table, and the means over scenes below it, as Markdown."""
+    """Return the gains by scene, their means, and the whole table as Markdown."""
     lines = ["| " + " | ".join(HEADINGS) + " |", "|" + "---|" * len(HEADINGS)]
     lines += ["| " + " | ".join(cells(row)) + " |" for row in table]
-    lines += ["", markdown_overall(table)]
-    return "\n".join(lines)
+    return "\n\n".join(
+        [*(markdown_gains(table, spp) for spp in dict.fromkeys(row.spp for row in table)), "\n".join(lines)]
+    )
 
 
-def markdown_overall(table: Sequence[Row]) -> str:
-    """Return the means over scenes as Markdown."""
-    scenes = len({row.scene for row in table})
-    head = [f"Geometric mean of the gain over uniform, {scenes} scenes, 95 % interval over scenes:", ""]
-    lines = [*head, "| spp | method | equal samples | equal time |", "|---|---|---|---|"]
+def markdown_gains(table: Sequence[Row], spp: int) -> str:
+    """Return the gains at one budget as Markdown: a line a scene, a column a method, and the means over scenes."""
+    table = [row for row in table if row.spp == spp]
+    methods = [method for method in dict.fromkeys(row.method for row in table) if method != BASELINE]
+    found = {(row.scene, row.method): row.gain_samples for row in table}
+    scenes = list(dict.fromkeys(row.scene for row in table))
+    lines = [f"| {spp} spp, relMSE of uniform over that of | " + " | ".join(methods) + " |"]
+    lines.append("|---|" + "---|" * len(methods))
     lines += [
-        f"| {spp} | {method} | {bounds(samples)} | {bounds(seconds)} |"
-        for spp, method, samples, seconds in overall(table)
-        if method != BASELINE
+        f"| {scene} | " + " | ".join(bounds(found[scene, method]) for method in methods) + " |" for scene in scenes
     ]
-    return "\n".join(lines) + "\n"
+    means = {method: (samples, seconds) for _, method, samples, seconds in overall(table)}
+    for caption, which in (("equal samples", 0), ("equal time", 1)):
+        values = " | ".join(f"**{bounds(means[method][which])}**" for method in methods)
+        lines.append(f"| **geometric mean, {caption}** | {values} |")
+    return "\n".join(lines)
