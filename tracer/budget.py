@@ -69,6 +69,7 @@ def round_to_total(counts: ArrayLike, total: int, generator: np.random.Generator
     if left == 0:
         return whole.astype(np.uint32)
     running = np.cumsum(fraction) * (left / fraction.sum())
+    running = np.minimum(running, left)
     running[-1] = left
     extra = np.diff(np.floor(running + generator.random()), prepend=0.0)
     return (whole + extra.reshape(counts.shape)).astype(np.uint32)

@@ -40,7 +40,7 @@ LEAST_GAIN = 1.05
 PASS_SIZES = (1 << 20, 1 << 21, 1 << 22)
 """Samples per pass: enough to keep the threads busy, few enough for flat memory and a sign of life every second."""
 
-GROWTH = 2.0
+GROWTH = 1.5
 """After a round there are at most this many times the samples that were there before it."""
 
 ProgressCallback = Callable[[Progress], bool | None]
@@ -85,6 +85,7 @@ class Rendering:
         self.generator = np.random.default_rng(np.random.SeedSequence([settings.seed, 1]))
         self.total = settings.spp * view.pixel_count
         self.drawn = np.zeros(view.grid, np.uint32)
+        self.memory: dict[str, Any] = {}
         self.done = 0
         self.pass_size = PASS_SIZES[1]
         self.start = time.perf_counter()
@@ -143,7 +144,7 @@ class Rendering:
     ) -> NDArray[np.uint32]:
         """Return how many samples each pixel is to have when ``goal`` are drawn."""
         start = time.perf_counter()
-        if before is None and self.criterion.needs_radiance:
+        if known is None and self.criterion.needs_radiance:
             return np.full(self.view.grid, goal // self.view.pixel_count, np.uint32)
         evidence = criteria.Evidence(
             complexity=complexity,
@@ -152,8 +153,11 @@ class Rendering:
             weight=self.weight(known),
             colour_channels=self.view.colour_channels,
             goal=goal,
+            memory=self.memory,
         )
         importance = self.criterion.importance(evidence)
+        if before is None and self.criterion.needs_radiance:
+            return np.full(self.view.grid, goal // self.view.pixel_count, np.uint32)
         gain = predicted_gain(importance)
         if self.criterion.needs_radiance and gain < LEAST_GAIN:
             self.report.notes.append(

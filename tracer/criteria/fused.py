@@ -44,17 +44,19 @@ SMALLEST = 1e-6
 def fused(evidence: Evidence) -> Floats:
     """Return the square root of the predicted error, times that of the objective's weight; ones in the first round."""
     known, before = evidence.statistics, evidence.before
-    if known is None or before is None or evidence.complexity is None:
+    if known is None or evidence.complexity is None:
         return np.ones_like(evidence.weight)
-    observed, valid = error_of_means(before, known, evidence.weight, evidence.colour_channels)
+    present = predictors(known, evidence)
+    past, weight = evidence.memory.get("past", (None, None))
+    evidence.memory["past"] = (present, evidence.weight)
+    if past is None or before is None:
+        return np.ones_like(evidence.weight)
+    observed, valid = error_of_means(before, known, weight, evidence.colour_channels)
     chosen = np.flatnonzero(valid)[:: max(1, valid.size // FIT_PIXELS)]
-    if len(chosen) == 0:
+    columns = np.stack([column.ravel()[chosen] for column in past], axis=-1).astype(np.float64)
+    if len(chosen) == 0 or not np.all(np.isfinite(columns)):  # radiance beyond what float32 can square
         return np.ones_like(evidence.weight)
-    past = np.stack([column.ravel()[chosen] for column in predictors(before, evidence)], axis=-1)
-    if not np.all(np.isfinite(past)):  # radiance beyond what float32 can square
-        return np.ones_like(evidence.weight)
-    coefficients = fit(past.astype(np.float64), observed.ravel()[chosen])
-    predicted = combine(predictors(known, evidence), coefficients)
+    predicted = combine(present, fit(columns, observed.ravel()[chosen]))
     return np.sqrt(np.maximum(predicted, SMALLEST * predicted.mean()))
 
 

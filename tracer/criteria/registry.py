@@ -5,9 +5,9 @@ from __future__ import annotations
 import importlib
 import pkgutil
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,8 @@ class Evidence:
     """How many channels of ``statistics``, from the first, are colour."""
     goal: int
     """Samples that the allocation will share out, those already drawn included."""
+    memory: dict[str, Any] = field(default_factory=dict)
+    """What the criterion wants to find again in the next round of the same render."""
 
 
 @dataclass(frozen=True)
