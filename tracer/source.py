@@ -38,7 +38,7 @@ def load(source: Any, sampler: str | None = None, merge_meshes: bool = False) ->
         if sampler is not None and node.type == mi.ObjectType.Sampler:
             node.props.set_plugin_name(sampler)
             for name in [name for name in node.props.keys() if name != "sample_count"]:  # noqa: SIM118
-                node.props.remove_property(name)
+                del node.props[name]
     try:
         with files_beside(source):
             mi.parser.transform_all(config, state)

@@ -26,6 +26,7 @@ def write_panels(path: Path, panels: Sequence[Panel], title: str, error_top: flo
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.colors import LogNorm, Normalize
     from matplotlib.figure import Figure
+    from matplotlib.ticker import LogLocator, NullLocator, ScalarFormatter
 
     height, width = panels[0][1].shape[:2]
     inches = 3.2
@@ -42,6 +43,11 @@ def write_panels(path: Path, panels: Sequence[Panel], title: str, error_top: flo
         norm = LogNorm(max(values.min(), 1), max(values.max(), 2)) if logarithmic else Normalize(0, error_top)
         shown = axes.imshow(values, cmap="magma", norm=norm, interpolation="nearest")
         beside = axes.inset_axes((0.03, -0.07, 0.94, 0.035))  # takes no room from its panel: all stay of one size
-        figure.colorbar(shown, cax=beside, orientation="horizontal").ax.tick_params(labelsize=7)
+        figure.colorbar(shown, cax=beside, orientation="horizontal")
+        beside.tick_params(labelsize=7)
+        if logarithmic:
+            beside.xaxis.set_major_locator(LogLocator(base=2))
+            beside.xaxis.set_major_formatter(ScalarFormatter())
+            beside.xaxis.set_minor_locator(NullLocator())
     with files.whole(path) as temporary:
         figure.savefig(temporary, format="png")
