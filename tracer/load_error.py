@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import difflib
 import re
+import sys
 from pathlib import Path
 
 from tracer.errors import SceneError
 
-OWN_PLUGINS = ("adaptive", "owen_sobol")
 PYTHON_INTEGRATORS = ("direct_projective", "prb", "prb_basic", "prb_projective", "prbvolpath", "volprim_rf_basic")
 
 
@@ -49,7 +49,8 @@ def plugin_folder() -> Path:
 
 def plugin_names() -> list[str]:
     """Return the names of Mitsuba's plugins and of ours."""
-    return sorted({path.stem for path in plugin_folder().iterdir()} | {*OWN_PLUGINS, *PYTHON_INTEGRATORS})
+    own = getattr(sys.modules.get("tracer.plugins"), "PLUGINS", ())
+    return sorted({path.stem for path in plugin_folder().iterdir()} | {*own, *PYTHON_INTEGRATORS})
 
 
 def parameter_names(plugin: str) -> list[str]:
