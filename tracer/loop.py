@@ -40,7 +40,10 @@ LEAST_GAIN = 1.05
 PASS_SIZES = (1 << 20, 1 << 21, 1 << 22)
 """Samples per pass: enough to keep the threads busy, few enough for flat memory and a sign of life every second."""
 
-GROWTH = 1.5
+PASS_SECONDS = 1.5
+"""A pass takes no longer, unless the smallest does."""
+
+GROWTH = 1.7
 """After a round there are at most this many times the samples that were there before it."""
 
 ProgressCallback = Callable[[Progress], bool | None]
@@ -81,6 +84,7 @@ class Rendering:
         self.criterion = criteria.get(settings.criterion)
         self.report = Report(settings)
         self.sampler = mi.load_dict({"type": "owen_sobol"})
+        self.draw = draw.recorded(view, self.sampler)
         self.estimate = Estimate(view)
         self.generator = np.random.default_rng(np.random.SeedSequence([settings.seed, 1]))
         self.total = settings.spp * view.pixel_count
@@ -183,15 +187,14 @@ class Rendering:
         """Draw what ``allocation`` has beyond what is drawn, pass by pass."""
         start = time.perf_counter()
         counts = allocation - self.drawn
-        seed = mi.UInt32(self.settings.seed)
+        seed = dr.opaque(mi.UInt32, self.settings.seed)
         scale = dr.opaque(mi.Float, self.settings.spp**-0.5)
         line = draw.Line(counts.ravel(), self.drawn.ravel())
         while line.taken < line.total:
-            window = line.take(self.pass_size)
+            window = line.take(even_pass(line.total - line.taken, self.pass_size))
             pass_start = time.perf_counter()
             pixel, index = draw.lane_pixels(window)
-            samples = draw.draw(self.view, self.sampler, seed, pixel, index, scale)
-            dr.eval(samples.values, samples.position)
+            samples = self.draw(seed, pixel, index, scale)
             dr.sync_thread()
             pass_seconds = time.perf_counter() - pass_start
             self.report.seconds_drawing += pass_seconds
@@ -250,6 +253,11 @@ def predicted_gain(importance: NDArray[np.float64]) -> float:
     return float(np.mean(importance**2)) / mean**2 if mean > 0 else 1.0
 
 
+def even_pass(left: int, size: int) -> int:
+    """Return the samples of the next pass of ``left``, so that passes are about as long as ``size`` and each other."""
+    return ceil(left / max(round(left / size), ceil(left / PASS_SIZES[-1])))
+
+
 def next_pass_size(rate: float) -> int:
-    """Return the samples of the next pass: the most of PASS_SIZES that take a second at ``rate`` samples per second."""
-    return max((each for each in PASS_SIZES if each <= rate), default=PASS_SIZES[0])
+    """Return the samples of the next pass: the most of PASS_SIZES that take no more than PASS_SECONDS."""
+    return max((each for each in PASS_SIZES if each <= rate * PASS_SECONDS), default=PASS_SIZES[0])

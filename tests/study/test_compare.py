@@ -45,7 +45,7 @@ def test_overall_is_the_geometric_mean_over_scenes():
 def test_every_method_is_measured_with_every_seed(scene_file):
     scene = scene_file(LIT + BALL)
     truth = references.reference(scene, 64)
-    found = measure(scene, "ball", truth.image, [4, 9], 2, ["variance"])
+    found = measure(scene, "ball", truth.image, [4, 9], range(2), ["variance"])
     methods = {"uniform", "variance", "independent", "multijitter"}
     assert {(m.method, m.spp, m.seed) for m in found} == {(m, b, s) for m in methods for b in (4, 9) for s in (0, 1)}
     used = {m.samples for m in found if m.method == "multijitter" and m.spp == 9}

@@ -13,7 +13,8 @@ from tracer.cli import options
 def compare(
     scenes: Annotated[list[Path], typer.Argument(help="Mitsuba scene files (XML).", show_default=False)],
     spp: Annotated[list[int] | None, typer.Option(help="Mean samples per pixel; several may follow. [64]")] = None,
-    seeds: Annotated[int, typer.Option(help="How many seeds, from 0.", min=1)] = 5,
+    seeds: Annotated[int, typer.Option(help="How many seeds.", min=1)] = 5,
+    first_seed: Annotated[int, typer.Option(help="The first of them.", min=0)] = 0,
     criterion: Annotated[
         list[str] | None, typer.Option(help="Criteria to compare; several may follow. [fused]")
     ] = None,
@@ -37,6 +38,7 @@ def compare(
     comparison = Comparison(
         spps=spp or [64],
         seeds=seeds,
+        first_seed=first_seed,
         criteria=criterion or ["fused"],
         objective=objective,
         integrator=integrator,

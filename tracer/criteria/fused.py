@@ -16,6 +16,8 @@ of the samples it needs: D. Plemenos, M. Sbert and M. Feixas, section 4.4, here 
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, uniform_filter
@@ -34,7 +36,7 @@ COARSE = (7, 13)
 OUTLIER = 30.0
 """A difference of means counts at most this many times what was predicted: one firefly must not fit the whole scene."""
 ITERATIONS = 4
-FIT_PIXELS = 1 << 16
+FIT_PIXELS = 1 << 15
 """The regression looks at no more pixels than this, evenly spread."""
 SMALLEST = 1e-6
 """Least predicted error of a pixel, relative to the mean."""
@@ -91,12 +93,19 @@ def predictors(statistics: Statistics, evidence: Evidence) -> list[Singles]:
     assert evidence.complexity is not None
     channels, weight = evidence.colour_channels, evidence.weight.astype(np.float32)
     variance = channel_mean(statistics.variance, channels) * weight
-    fine = [gaussian_filter(variance, deviation, mode="nearest") for deviation in FINE]
-    coarse = [uniform_filter(variance, width, mode="nearest") for width in COARSE]
-    noise = fine[-1] / np.maximum(statistics.count, 1)
-    contrast = np.maximum(local_variance(channel_mean(statistics.mean, channels)) * weight - noise, 0.0)
+    with ThreadPoolExecutor() as pool:  # SciPy's filters let other threads run
+        fine = [pool.submit(gaussian_filter, variance, deviation, mode="nearest") for deviation in FINE]
+        coarse = [pool.submit(uniform_filter, variance, width, mode="nearest") for width in COARSE]
+        difference = local_variance(channel_mean(statistics.mean, channels))
+    noise = fine[-1].result() / np.maximum(statistics.count, 1)
+    contrast = np.maximum(difference * weight - noise, 0.0).astype(np.float32)
+    if "edges" not in evidence.memory:
+        evidence.memory["edges"] = smooth_gini(evidence.complexity)
+    shape, face = evidence.memory["edges"]
+    # Contrast times Gini index of IDs: the variance that the edges seen by pilot rays explain.
+    explained = [contrast * shape, contrast * face, gaussian_filter(contrast, 1.0, mode="nearest") * shape]
     constant = np.full_like(variance, variance.mean())
-    return [*fine, *coarse, constant, contrast, *edges(contrast.astype(np.float32), evidence.complexity)]
+    return [*(each.result() for each in fine + coarse), constant, contrast, *explained]
 
 
 def channel_mean(values: Floats, channels: int) -> Singles:
@@ -107,14 +116,10 @@ def channel_mean(values: Floats, channels: int) -> Singles:
     return (total / channels).astype(np.float32)
 
 
-def edges(contrast: Singles, complexity: Complexity) -> list[Singles]:
-    """Return contrast times Gini index of IDs: the variance that the edges seen by pilot rays explain."""
-    wide = gaussian_filter(contrast, 1.0, mode="nearest")
-    shape, face = (
-        uniform_filter(gini.astype(np.float32), 3, mode="nearest")
-        for gini in (complexity.shape_gini, complexity.face_gini)
-    )
-    return [contrast * shape, contrast * face, wide * shape]
+def smooth_gini(complexity: Complexity) -> list[Singles]:
+    """Return the Gini indices of shape and face IDs, each the mean over 3 x 3 neighbours."""
+    indices = (complexity.shape_gini, complexity.face_gini)
+    return [uniform_filter(gini.astype(np.float32), 3, mode="nearest") for gini in indices]
 
 
 def local_variance(values: Singles) -> Singles:

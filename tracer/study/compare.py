@@ -60,7 +60,7 @@ def measure(
     name: str,
     reference: NDArray[np.float32],
     spps: Sequence[int],
-    seeds: int,
+    seeds: Sequence[int],
     criteria: Sequence[str],
     *,
     integrator: str | None = None,
@@ -80,7 +80,7 @@ def measure(
         methods = open_methods(stack, source, criteria, integrator, sensor, size, objective)
         for method in methods.values():
             method(4, 0)
-        for spp, seed in itertools.product(spps, range(seeds)):
+        for spp, seed in itertools.product(spps, seeds):
             for method_name, method in methods.items():
                 start = time.perf_counter()
                 image, samples = method(spp, seed)

@@ -35,6 +35,7 @@ class Comparison:
 
     spps: list[int] = field(default_factory=lambda: [64])
     seeds: int = 5
+    first_seed: int = 0
     criteria: list[str] = field(default_factory=lambda: ["fused"])
     objective: str = "relative"
     integrator: str | None = None
@@ -119,7 +120,7 @@ def measure_scene(
         name,
         truth.image,
         comparison.spps,
-        comparison.seeds,
+        range(comparison.first_seed, comparison.first_seed + comparison.seeds),
         comparison.criteria,
         integrator=comparison.integrator,
         sensor=comparison.sensor,
@@ -160,7 +161,8 @@ def write_tables(folder: Path, comparison: Comparison, measurements: Sequence[Me
         "table": [asdict(row) for row in table],
     }
     files.write_text(folder / "compare.json", json.dumps(finite(numbers), indent=1, allow_nan=False) + "\n")
-    head = f"`{command}`, {machine['processor']}, {machine['threads']} threads, {comparison.seeds} seeds\n\n"
+    first, last = comparison.first_seed, comparison.first_seed + comparison.seeds - 1
+    head = f"`{command}`, {machine['processor']}, {machine['threads']} threads, seeds {first} to {last}\n\n"
     files.write_text(folder / "compare.md", head + markdown(table))
 
 
