@@ -21,6 +21,9 @@ rounds before have shown. ``spp`` is the mean over all pixels. Samples always co
  * - block
    - |int|
    - Side in pixels of the squares over which the complexity of IDs is measured. (Default: 1)
+ * - unbiased
+   - |bool|
+   - Keep the samples that decide out of the picture; they count towards ``spp`` all the same. (Default: false)
  * - spp, seed
    - |int|
    - Budget and seed when ``mi.render`` is not given any. (Default: those of the sensor's sampler and 0)

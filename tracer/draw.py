@@ -24,20 +24,26 @@ class Window:
 
     first_pixel: int
     sample_count: int
-    begin: Any
-    """mi.UInt32, (pixels of the window,): first lane of each pixel."""
-    end: Any
-    """mi.UInt32, (pixels of the window,): one past the last lane of each pixel."""
-    base: Any
-    """mi.UInt32, (pixels of the window,): sample index minus lane (modulo 2^32)."""
+    begin: NDArray[np.uint32]
+    """(pixels of the window,): first lane of each pixel."""
+    end: NDArray[np.uint32]
+    """(pixels of the window,): one past the last lane of each pixel."""
+    base: NDArray[np.uint32]
+    """(pixels of the window,): sample index minus lane (modulo 2^32)."""
 
-    def over(self, pixel_count: int, lanes: Any) -> Any:
-        """Return ``begin`` or ``end`` for all pixels of the grid: zero, and so no lanes, outside of the window."""
-        whole = dr.zeros(mi.UInt32, pixel_count)
-        pixel = dr.arange(mi.UInt32, dr.width(lanes)) + dr.opaque(mi.UInt32, self.first_pixel)
-        dr.scatter(whole, lanes, pixel, mode=dr.ReduceMode.NoConflicts)
-        dr.eval(whole)
-        return whole
+    def touches(self, first: int, size: int) -> bool:
+        """Say whether any of ``size`` pixels from ``first`` may have lanes."""
+        return self.first_pixel < first + size and first < self.first_pixel + len(self.begin)
+
+    def lanes_of(self, first: int, size: int) -> tuple[Any, Any]:
+        """Return (begin, end) of ``size`` pixels from ``first`` as mi.UInt32; pixels outside have no lanes."""
+        low, high = max(first, self.first_pixel), min(first + size, self.first_pixel + len(self.begin))
+        found = []
+        for lanes in (self.begin, self.end):
+            whole = np.zeros(size, np.uint32)
+            whole[low - first : high - first] = lanes[low - self.first_pixel : high - self.first_pixel]
+            found.append(mi.UInt32(whole))
+        return found[0], found[1]
 
 
 @dataclass(frozen=True)
@@ -72,9 +78,9 @@ class Line:
         return Window(
             first_pixel=low,
             sample_count=stop - start,
-            begin=mi.UInt32(np.maximum(begin, 0).astype(np.uint32)),
-            end=mi.UInt32(np.minimum(self.ends[low:high] - start, stop - start).astype(np.uint32)),
-            base=mi.UInt32(base.astype(np.uint32)),
+            begin=np.maximum(begin, 0).astype(np.uint32),
+            end=np.minimum(self.ends[low:high] - start, stop - start).astype(np.uint32),
+            base=base.astype(np.uint32),
         )
 
     def passes(self, size: int) -> Iterator[Window]:
@@ -86,9 +92,9 @@ class Line:
 def lane_pixels(window: Window) -> tuple[Any, Any]:
     """Return (pixel, sample index) of every lane of a window, as mi.UInt32."""
     marks = dr.zeros(mi.UInt32, window.sample_count)
-    dr.scatter_add(marks, mi.UInt32(1), window.begin)
+    dr.scatter_add(marks, mi.UInt32(1), mi.UInt32(window.begin))
     rank = dr.cumsum(marks) - 1
-    index = dr.gather(mi.UInt32, window.base, rank) + dr.arange(mi.UInt32, window.sample_count)
+    index = dr.gather(mi.UInt32, mi.UInt32(window.base), rank) + dr.arange(mi.UInt32, window.sample_count)
     return rank + dr.opaque(mi.UInt32, window.first_pixel), index
 
 

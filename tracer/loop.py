@@ -43,8 +43,14 @@ PASS_SIZES = (1 << 20, 1 << 21, 1 << 22)
 PASS_SECONDS = 1.5
 """A pass takes no longer, unless the smallest does."""
 
+NAMED = 8
+"""Most pixels that a note names one by one."""
+
 GROWTH = 1.7
 """After a round there are at most this many times the samples that were there before it."""
+
+HELD_OUT_KEY = 0x5EED0
+"""Keeps samples that only decide apart from those that make the picture."""
 
 ProgressCallback = Callable[[Progress], bool | None]
 """Called after every pass; return False to stop with what there is."""
@@ -62,7 +68,7 @@ def render(
     """Render ``scene`` (path of an XML file, dictionary, or ``mi.Scene``) and return picture, counts and errors.
 
     Further keywords are those of ``tracer.settings.Settings``: spp, seed, criterion, objective, pilot_spp, min_spp,
-    max_spp, block; where the scene's integrator is ``adaptive``, its parameters are the defaults. Sets the Mitsuba
+    max_spp, block, unbiased; where the scene's integrator is ``adaptive``, its parameters are the defaults. Sets the Mitsuba
     variant ``llvm_ad_rgb`` unless one is active. Raises the errors of ``tracer.errors``.
     """
     backend.activate()
@@ -91,23 +97,40 @@ class Rendering:
         self.drawn = np.zeros(view.grid, np.uint32)
         self.memory: dict[str, Any] = {}
         self.done = 0
+        self.seed = settings.seed
         self.pass_size = PASS_SIZES[1]
         self.start = time.perf_counter()
 
     def run(self) -> Result:
         """Run all rounds and develop the picture."""
         goals = self.goals()
+        hold_out = self.settings.unbiased and self.criterion.needs_radiance and len(goals) > 1
+        if hold_out:
+            self.seed ^= HELD_OUT_KEY
         complexity = self.look() if len(goals) > 1 or not self.criterion.needs_radiance else None
         before: Statistics | None = None
         known: Statistics | None = None
         for goal in goals:
+            last = goal == goals[-1]
+            if hold_out and last:
+                self.start_over()
+                goal -= self.done
             allocation = self.allocate(complexity, known, before, goal)
             self.draw_round(allocation)
             if not self.report.complete:
                 break
-            if self.criterion.needs_radiance and goal < self.total:
+            if self.criterion.needs_radiance and not last:
                 before, known = known, self.timed("seconds_statistics", self.estimate.statistics)
         return self.develop(complexity)
+
+    def start_over(self) -> None:
+        """Forget all samples drawn so far, and draw others from here on."""
+        self.seed ^= HELD_OUT_KEY
+        self.estimate = Estimate(self.view)
+        self.drawn = np.zeros(self.view.grid, np.uint32)
+        self.report.notes.append(
+            f"Unbiased: {self.done // self.view.pixel_count} samples per pixel decided and are not in the picture."
+        )
 
     def timed(self, name: str, function: Callable[..., Any], *arguments: Any) -> Any:
         """Call a function and add its seconds to the field ``name`` of the report."""
@@ -128,7 +151,7 @@ class Rendering:
         """Return the samples drawn in all after each round.
 
         A criterion that learns gets two equal rounds, the same for all pixels, and then as few as grow by no more than
-        GROWTH. Others have one round.
+        GROWTH, or a single one if those that taught are to be held out. Others have one round.
         """
         spp, pilot = self.settings.spp, self.settings.pilot_samples
         if not self.criterion.needs_radiance:
@@ -139,6 +162,8 @@ class Rendering:
                 "use a larger spp or a smaller pilot_spp."
             )
             return [self.total]
+        if self.settings.unbiased:
+            return [goal * self.view.pixel_count for goal in (pilot, 2 * pilot, spp)]
         rounds = ceil(log(spp / (2 * pilot)) / log(GROWTH) - 1e-9)
         later = [2 * pilot * (spp / (2 * pilot)) ** ((k + 1) / rounds) for k in range(rounds)]
         return [round(goal * self.view.pixel_count) for goal in (pilot, 2 * pilot, *later)]
@@ -187,7 +212,7 @@ class Rendering:
         """Draw what ``allocation`` has beyond what is drawn, pass by pass."""
         start = time.perf_counter()
         counts = allocation - self.drawn
-        seed = dr.opaque(mi.UInt32, self.settings.seed)
+        seed = dr.opaque(mi.UInt32, self.seed)
         scale = dr.opaque(mi.Float, self.settings.spp**-0.5)
         line = draw.Line(counts.ravel(), self.drawn.ravel())
         while line.taken < line.total:
@@ -227,10 +252,9 @@ class Rendering:
         statistics = self.estimate.statistics()
         invalid = int(statistics.invalid.sum())
         if invalid:
-            empty = int(np.count_nonzero((statistics.count == 0) & (statistics.invalid > 0)))
             self.report.notes.append(
-                f"{invalid} samples in {np.count_nonzero(statistics.invalid)} pixels were not finite and are left out; "
-                f"{empty} pixels have no other sample and are black."
+                f"{invalid} samples in {np.count_nonzero(statistics.invalid)} pixels were not finite and are left out"
+                f"{black_pixels((statistics.count == 0) & (statistics.invalid > 0), self.view.border)}."
             )
         if not self.report.complete:
             self.report.notes.append(f"Stopped after {self.done} of {self.total} samples.")
@@ -245,6 +269,16 @@ class Rendering:
             seconds=time.perf_counter() - self.start,
             report=self.report,
         )
+
+
+def black_pixels(empty: NDArray[np.bool_], border: int) -> str:
+    """Return a clause that names the pixels (of the grid) that have no sample to show."""
+    rows, columns = np.nonzero(empty)
+    if len(rows) == 0:
+        return ""
+    places = [f"({x - border}, {y - border})" for x, y in zip(columns[:NAMED], rows[:NAMED], strict=True)]
+    more = f" and {len(rows) - NAMED} more" if len(rows) > NAMED else ""
+    return f"; pixels (x, y) without any other are black: {', '.join(places)}{more}"
 
 
 def predicted_gain(importance: NDArray[np.float64]) -> float:

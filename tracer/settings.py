@@ -12,6 +12,8 @@ from tracer.load_error import nearest
 from tracer.objective import OBJECTIVES
 
 MOST_PILOT_RAYS = 16
+UNBIASED_SHARE = 16
+"""Samples that decide and are then thrown away are two rounds of this part of the budget."""
 
 
 class Settings(BaseModel):
@@ -34,6 +36,9 @@ class Settings(BaseModel):
     """Most samples of any pixel. None: 32 times spp."""
     block: int = Field(1, ge=1, le=64)
     """Side in pixels of the squares over which the complexity of IDs is measured."""
+
+    unbiased: bool = False
+    """Whether the samples that decide are kept out of the picture; they count towards spp all the same."""
 
     @field_validator("criterion")
     @classmethod
@@ -61,6 +66,8 @@ class Settings(BaseModel):
     @property
     def pilot_samples(self) -> int:
         """Samples per pixel of the first round of a criterion that learns from radiance."""
+        if self.unbiased:
+            return self.pilot_spp or min(max(self.spp // UNBIASED_SHARE, 1), MOST_PILOT_RAYS)
         return self.pilot_spp or min(self.spp, 4)
 
     @property

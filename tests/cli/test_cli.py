@@ -56,6 +56,11 @@ BAD = [
     (("compare", "SCENE", "--size", "6"), 2, "needs at least 7 a side"),
     (("compare", "SCENE", "-o", "."), 2, "compare.md' exists"),
     (("compare", "SCENE", "--reference-spp", "8"), 2, "reference_spp"),
+    (("study", "overhed", "SCENE", "-o", "out"), 2, "did you mean 'overhead'"),
+    (("study", "overhead", "no.xml", "-o", "out"), 2, "There is no scene file"),
+    (("study", "overhead", "SCENE", "-o", "out", "--spp", "4", "8"), 2, "takes one --spp"),
+    (("study", "samplers", "SCENE", "SCENE", "-o", "out"), 2, "Two scenes are named"),
+    (("study", "samplers", "SCENE", "-o", "no/out"), 2, "There is no folder"),
     (("demo", "-o", "no"), 2, "There is no folder"),
 ]
 

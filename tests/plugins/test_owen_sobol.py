@@ -165,32 +165,3 @@ def test_renders_under_every_llvm_variant(variant, tmp_path):
     import sys
 
     subprocess.run([sys.executable, "-c", VARIANT_SCRIPT, variant], check=True, timeout=300, cwd=tmp_path)
-
-
-@pytest.mark.slow
-def test_error_beside_mitsubas_samplers():
-    """MSE of a uniform picture, geometric mean over four scenes: near multijitter's, well below independent's."""
-    from importlib.resources import files
-
-    from tracer.source import load
-
-    ratios = {"multijitter": [], "independent": []}
-    for name in ("thin_rods", "horizon", "even_noise", "depth_of_field"):
-        path = str(files("tracer.scenes") / f"{name}.xml")
-        errors = {}
-        for sampler in ("owen_sobol", "multijitter", "independent"):
-            scene = load(path, sampler=sampler)
-            parameters = mi.traverse(scene.sensors()[0])
-            for key in ("film.size", "film.crop_size"):
-                parameters[key] = [64, 48]
-            parameters.update()
-            if sampler == "owen_sobol":
-                reference = np.mean([np.array(mi.render(scene, spp=4096, seed=900 + k)) for k in range(2)], axis=0)
-            for spp in (16, 64):
-                images = [np.array(mi.render(scene, spp=spp, seed=s)) for s in range(4)]
-                errors[sampler, spp] = np.mean([(image - reference) ** 2 for image in images])
-        for other, found in ratios.items():
-            found += [errors["owen_sobol", spp] / errors[other, spp] for spp in (16, 64)]
-    means = {other: float(np.exp(np.mean(np.log(found)))) for other, found in ratios.items()}
-    assert means["multijitter"] <= 1.15, ratios
-    assert means["independent"] <= 0.75, ratios

@@ -24,6 +24,9 @@ def render(
     min_spp: Annotated[int | None, typer.Option(help="Least samples of any pixel.")] = None,
     max_spp: Annotated[int | None, typer.Option(help="Most samples of any pixel.")] = None,
     block: Annotated[int | None, typer.Option(help="Side of the blocks of ID complexity. [1]")] = None,
+    unbiased: Annotated[
+        bool | None, typer.Option("--unbiased", help="Keep the samples that decide out of the picture.")
+    ] = None,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
@@ -43,6 +46,7 @@ def render(
         "min_spp": min_spp,
         "max_spp": max_spp,
         "block": block,
+        "unbiased": unbiased,
     }
     settings: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
 

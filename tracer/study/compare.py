@@ -124,9 +124,14 @@ def stock_method(view: View) -> Method:
     """Render as ``mi.render`` does, with the sampler that the scene has."""
 
     def run(spp: int, seed: int) -> tuple[NDArray[np.float32], int]:
+        sampler = view.sensor.sampler()
         with dr.suspend_grad():
-            image = view.integrator.render(view.scene, sensor=view.sensor, seed=seed, spp=spp)
-        return np.array(image)[..., : view.colour_channels], view.sensor.sampler().sample_count() * view.pixel_count
+            image = np.array(view.integrator.render(view.scene, sensor=view.sensor, seed=seed, spp=spp))
+        used = sampler.sample_count() * view.pixel_count
+        # Mitsuba leaves the sampler's last state scheduled: the next evaluation, in another method's time, would trace
+        # the whole picture again to know it. With a new state it is forgotten.
+        sampler.seed(0, 1)
+        return image[..., : view.colour_channels], used
 
     return run
 

@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-import json
-import platform
-import sys
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer import backend, files, score
+from tracer import backend, score
 from tracer.errors import SettingsError
 from tracer.loop import Progress
-from tracer.metadata import version
-from tracer.scene import open_scene
+from tracer.scene import Size, open_scene
 from tracer.settings import make_settings
 from tracer.study.compare import BASELINE, STOCK_SAMPLERS, Measurement, measure, open_methods
 from tracer.study.picture import Panel, relative_error, write_panels
+from tracer.study.record import record_files, write_record
 from tracer.study.reference import FACTOR, Reference, reference
 from tracer.study.table import Row, markdown, rows
 
@@ -52,10 +48,7 @@ class Comparison:
             raise SettingsError(
                 f"reference_spp ({self.reference_spp}) must be well above the largest spp ({max(self.spps)})."
             )
-        names = [scene_name(scene) for scene in scenes]
-        twice = next((name for name in names if names.count(name) > 1), None)
-        if twice is not None:
-            raise SettingsError(f"Two scenes are named '{twice}'; rename one, results are kept by name.")
+        check_names(scenes)
         backend.activate()
         for scene in scenes:
             with ExitStack() as stack:
@@ -69,12 +62,27 @@ class Comparison:
 
     def files(self, scenes: Sequence[Path]) -> tuple[str, ...]:
         """Return the names of the files that the comparison writes."""
-        return ("compare.json", "compare.md", *(f"{scene_name(scene)}.png" for scene in scenes))
+        return (*record_files("compare"), *(f"{scene_name(scene)}.png" for scene in scenes))
 
     @property
     def samples_of_reference(self) -> int:
         """Samples per pixel of the reference."""
         return self.reference_spp or FACTOR * max(self.spps)
+
+
+def check_names(scenes: Sequence[Path]) -> None:
+    """Raise SettingsError if two scenes have one name."""
+    names = [scene_name(scene) for scene in scenes]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise SettingsError(f"Two scenes are named '{twice}'; rename one, results are kept by name.")
+
+
+def check_scenes(scenes: Sequence[Path], size: Size = None) -> None:
+    """Raise an error for a scene that does not open, before anything is rendered."""
+    for scene in scenes:
+        with open_scene(scene, size=size):
+            pass
 
 
 def scene_name(path: Path) -> str:
@@ -150,29 +158,13 @@ def make_reference(comparison: Comparison, scene: Path, name: str, progress: Ste
 def write_tables(folder: Path, comparison: Comparison, measurements: Sequence[Measurement]) -> None:
     """Write all numbers as JSON and the table as Markdown."""
     table = rows(measurements)
-    command = " ".join(["tracer", *sys.argv[1:]])
-    machine = {"processor": backend.processor(), "threads": backend.thread_count(), "system": platform.system()}
-    numbers: dict[str, Any] = {
-        "version": version(),
-        "command": command,
-        "machine": machine,
+    numbers = {
         "comparison": asdict(comparison),
         "measurements": [asdict(one) for one in measurements],
         "table": [asdict(row) for row in table],
     }
-    files.write_text(folder / "compare.json", json.dumps(finite(numbers), indent=1, allow_nan=False) + "\n")
     first, last = comparison.first_seed, comparison.first_seed + comparison.seeds - 1
-    head = f"`{command}`, {machine['processor']}, {machine['threads']} threads, seeds {first} to {last}\n\n"
-    files.write_text(folder / "compare.md", head + markdown(table))
-
-
-def finite(value: Any) -> Any:
-    """Return nested lists and dictionaries with None for numbers that JSON does not know."""
-    if isinstance(value, dict):
-        return {name: finite(entry) for name, entry in value.items()}
-    if isinstance(value, list):
-        return [finite(entry) for entry in value]
-    return None if isinstance(value, float) and not np.isfinite(value) else value
+    write_record(folder, "compare", numbers, markdown(table), f"seeds {first} to {last}")
 
 
 def write_picture(

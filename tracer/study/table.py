@@ -100,11 +100,10 @@ def cells(row: Row) -> list[str]:
     ]
 
 
-def bounds(value: Interval) -> str:
+def bounds(value: Interval, digits: int = 2) -> str:
     """Return an interval as text."""
-    if np.isnan(value.low):
-        return f"{value.mean:.2f}"
-    return f"{value.mean:.2f} [{value.low:.2f}, {value.high:.2f}]"
+    mean, low, high = (f"{number:.{digits}f}" for number in (value.mean, value.low, value.high))
+    return mean if np.isnan(value.low) else f"{mean} [{low}, {high}]"
 
 
 def markdown(table: Sequence[Row]) -> str:
