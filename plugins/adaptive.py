@@ -4,6 +4,9 @@ It looks first with cheap rays, then draws the samples of the nested integrator 
 rounds before have shown. ``spp`` is the mean over all pixels. Samples always come from the progressive sampler
 ``owen_sobol``; of the sensor's sampler only the sample count is used, when ``mi.render`` is not given one.
 
+Derivatives are those of the nested integrator, taken with its own uniform samples: the allocation is a constant, and
+the expected picture does not depend on it.
+
 .. pluginparameters::
 
  * - (Nested plugin)
@@ -80,18 +83,35 @@ class AdaptiveIntegrator(mi.SamplingIntegrator):
         settings = {"spp": chosen.sampler().sample_count(), **self.settings}
         if spp:
             settings["spp"] = spp
-        seed = int(seed[0]) if isinstance(seed, mi.UInt32) else int(seed)
-        settings["seed"] = seed or settings.get("seed", 0)
+        settings["seed"] = self.own_seed(seed)
         with open_scene(scene, chosen, self) as view:
             self.result = render_view(view, make_settings(**settings))
             view.fill_film(self.result.image)
         return mi.TensorXf(self.result.image)
 
-    def render_forward(self, *arguments: Any, **options: Any) -> mi.TensorXf:
-        raise SettingsError("adaptive: cannot be differentiated; render with the nested integrator for gradients.")
+    def render_forward(
+        self, scene: mi.Scene, params: Any, sensor: int | mi.Sensor = 0, seed: mi.UInt32 | int = 0, spp: int = 0
+    ) -> mi.TensorXf:
+        return self.nested.render_forward(
+            scene, params, sensor, self.own_seed(seed), spp or self.settings.get("spp", 0)
+        )
 
-    def render_backward(self, *arguments: Any, **options: Any) -> None:
-        raise SettingsError("adaptive: cannot be differentiated; render with the nested integrator for gradients.")
+    def render_backward(
+        self,
+        scene: mi.Scene,
+        params: Any,
+        grad_in: mi.TensorXf,
+        sensor: int | mi.Sensor = 0,
+        seed: mi.UInt32 | int = 0,
+        spp: int = 0,
+    ) -> None:
+        spp = spp or self.settings.get("spp", 0)
+        self.nested.render_backward(scene, params, grad_in, sensor, self.own_seed(seed), spp)
+
+    def own_seed(self, seed: mi.UInt32 | int) -> int:
+        """Return ``seed``, or that of the parameters if it is not given (zero)."""
+        seed = int(seed[0]) if isinstance(seed, mi.UInt32) else int(seed)
+        return seed or self.settings.get("seed", 0)
 
     def sample(self, scene: mi.Scene, sampler: mi.Sampler, ray: Any, medium: Any = None, active: Any = True) -> Any:
         return self.nested.sample(scene, sampler, ray, medium, active)

@@ -10,8 +10,6 @@ tracer.activate("llvm_ad_rgb")
 
 import mitsuba as mi  # noqa: E402
 
-FILTERS = ("box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos")
-
 
 def small_scene(size=(24, 16), filter_name="gaussian", **film):
     """Return a Cornell box with a film of ``size`` (width, height), as a dictionary."""

@@ -4,8 +4,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
-from conftest import FILTERS
 
+from conformance.cases import FILTERS
 from tracer import draw
 from tracer.estimate import Estimate
 from tracer.scene import open_scene
@@ -124,3 +124,96 @@ def test_no_pixel_is_drawn_twice_between_windows():
         drawn += zip(np.array(pixel).tolist(), np.array(index).tolist(), strict=True)
     expected = [(1, 10 + k) for k in range(5)] + [(4, 100 + k) for k in range(7)] + [(5, 0)]
     assert drawn == expected
+
+
+def same_statistics(found, expected):
+    return all(np.array_equal(getattr(found, n), getattr(expected, n)) for n in ("count", "mean", "variance"))
+
+
+def test_the_number_of_threads_changes_no_bit(cornell):
+    threads = dr.thread_count()
+    with open_scene(cornell()) as view:
+        counts = uneven(view)
+        expected = draw_all(view, counts).statistics()
+        try:
+            dr.set_thread_count(1)
+            assert same_statistics(draw_all(view, counts).statistics(), expected)
+        finally:
+            dr.set_thread_count(threads)
+
+
+def test_pixels_of_several_bands_are_those_of_one(cornell, monkeypatch):
+    with open_scene(cornell()) as view:
+        counts = uneven(view)
+        one = draw_all(view, counts)
+        monkeypatch.setattr("tracer.band.BAND_PIXELS", 100)
+        several = draw_all(view, counts, pass_size=500)
+        assert (len(one.bands), len(several.bands)) == (1, 4)
+        assert same_statistics(several.statistics(), one.statistics())
+        assert all(np.array_equal(a, b) for a, b in zip(several.develop(), one.develop(), strict=True))
+
+
+@pytest.mark.parametrize("filter_name", ["box", "gaussian"])
+def test_parts_merge_into_the_whole(cornell, filter_name):
+    """Disjoint pixels bit for bit; ranges of samples, whose sums are rounded in another order, to 1e-12."""
+    with open_scene(cornell(filter_name=filter_name)) as view:
+        counts = uneven(view)
+        expected = draw_all(view, counts)
+        image, stderr = expected.develop()
+        left = counts.copy()
+        left[:, 12:] = 0
+        by_pixel = draw_all(view, left)
+        by_pixel.merge(draw_all(view, counts - left))
+        assert same_statistics(by_pixel.statistics(), expected.statistics())
+        by_sample = draw_all(view, counts // 2)
+        sent = Estimate(view)
+        sent.restore(draw_all(view, counts - counts // 2, first=counts // 2).state())
+        by_sample.merge(sent)
+        for name in ("count", "mean", "variance"):
+            found, wanted = (getattr(e.statistics(), name) for e in (by_sample, expected))
+            assert found == pytest.approx(wanted, rel=1e-12, abs=1e-15)
+        for merged in (by_pixel, by_sample):
+            assert merged.develop()[0] == pytest.approx(image, rel=1e-5, abs=1e-6)
+            assert merged.develop()[1] == pytest.approx(stderr, rel=1e-5, abs=1e-6)
+
+
+def test_sums_of_another_view_are_refused(cornell):
+    with open_scene(cornell()) as view, open_scene(cornell(size=(4, 4))) as other:
+        for state in (Estimate(other).state(), Estimate(view).state()[:-1], [*Estimate(view).state(), np.zeros(1)]):
+            with pytest.raises(ValueError, match="another view"):
+                Estimate(view).restore(state)
+
+
+@pytest.mark.parametrize("filter_name", ["box", "tent", "gaussian"])
+def test_a_hundred_thousand_samples_lose_no_precision(cornell, filter_name):
+    """0.1 in float32 added so often is off by percents; and one bright sample in a thousand must not be."""
+    spp, rng = 100_000, np.random.default_rng(0)
+    with open_scene(cornell(size=(3, 3), filter_name=filter_name)) as view:
+        estimate = Estimate(view)
+        rare = np.where(np.arange(spp * 9) % 1000 == 7, 50.0, 0.1).astype(np.float32)
+        for part in range(4):
+            counts = np.full(9, spp // 4, np.uint32)
+            window = draw.Line(counts, counts * part).take(int(counts.sum()))
+            lanes = slice(part * window.sample_count, (part + 1) * window.sample_count)
+            position = mi.Point2f(rng.random((2, window.sample_count)).astype(np.float32))
+            constant = dr.full(mi.Float, 0.1, window.sample_count)
+            estimate.add(window, draw.Samples([constant, mi.Float(rare[lanes]), constant], position))
+        image, _ = estimate.develop()
+        statistics = estimate.statistics()
+    assert image[..., 0] == pytest.approx(0.1, rel=1e-5)
+    exact = 0.1 + 0.001 * (50 - 0.1)
+    assert statistics.mean[..., 1] == pytest.approx(exact, rel=1e-6)
+    assert statistics.variance[..., 1] == pytest.approx(0.001 * 0.999 * 49.9**2, rel=1e-4)
+    if filter_name == "box":
+        assert image[..., 1] == pytest.approx(exact, rel=1e-6)
+
+
+def test_lines_longer_than_32_bits():
+    counts = np.array([2**31, 2**31, 7, 2**31], np.uint32)
+    line = draw.Line(counts, np.array([0, 5, 0, 0], np.uint32))
+    line.taken = 2**32 - 1
+    window = line.take(20)
+    assert line.total == 3 * 2**31 + 7
+    pixel, index = draw.lane_pixels(window)
+    assert np.array(pixel).tolist() == [1] + [2] * 7 + [3] * 12
+    assert np.array(index).tolist() == [2**31 + 4, *range(7), *range(12)]

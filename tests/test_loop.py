@@ -1,12 +1,15 @@
 """The loop: exact budgets, bounds, repeatability, sources, stopping."""
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
 
 import tracer
 from tracer import criteria
-from tracer.loop import predicted_gain
+from tracer.loop import black_pixels, predicted_gain, render_view
+from tracer.scene import open_scene
+from tracer.settings import make_settings
 
 ALL = ["face_entropy", "fused", "shape_entropy", "uniform", "variance"]
 
@@ -121,3 +124,34 @@ def test_predicted_gain_is_one_plus_squared_variation():
     assert predicted_gain(np.ones(9)) == pytest.approx(1)
     assert predicted_gain(np.array([1.0, 0, 0, 0])) == pytest.approx(4)
     assert predicted_gain(np.zeros(3)) == 1
+
+
+def test_kernels_are_compiled_in_the_first_render_only(cornell):
+    with open_scene(cornell()) as view:
+        for spp in (64, 32):
+            render_view(view, make_settings(spp=spp))
+        dr.kernel_history_clear()
+        with dr.scoped_set_flag(dr.JitFlag.KernelHistory):
+            for spp, seed in ((64, 1), (48, 2), (200, 3)):
+                render_view(view, make_settings(spp=spp, seed=seed))
+        compiled = [kernel for kernel in dr.kernel_history() if kernel["type"] == dr.KernelType.JIT]
+    assert len(compiled) > 20
+    assert all(kernel["cache_hit"] for kernel in compiled)
+
+
+def test_samples_that_decide_are_not_in_an_unbiased_picture(cornell):
+    result = tracer.render(cornell(), spp=64, unbiased=True)
+    assert [one.samples for one in result.report.rounds] == [4 * 384, 4 * 384, 56 * 384]
+    assert result.samples.sum() == 56 * 384
+    assert "8 samples per pixel decided and are not in the picture" in " ".join(result.report.notes)
+    assert np.ptp(result.samples) > 0
+    without_radiance = tracer.render(cornell(), spp=16, unbiased=True, criterion="shape_entropy")
+    assert without_radiance.samples.sum() == 16 * 384
+
+
+def test_pixels_without_a_finite_sample_are_named():
+    empty = np.zeros((4, 5), bool)
+    assert black_pixels(empty, 0) == ""
+    empty[2, 3] = True
+    assert black_pixels(empty, 1) == "; pixels (x, y) without any other are black: (2, 1)"
+    assert black_pixels(np.ones((4, 5), bool), 0).endswith("(2, 1) and 12 more")

@@ -3,8 +3,8 @@
 import mitsuba as mi
 import numpy as np
 import pytest
-from conftest import LIT, SENSOR
 
+from conftest import LIT, SENSOR
 from tracer.errors import SceneError, SettingsError
 from tracer.scene import open_scene
 from tracer.source import fingerprint, load

@@ -68,8 +68,8 @@ def render(
     """Render ``scene`` (path of an XML file, dictionary, or ``mi.Scene``) and return picture, counts and errors.
 
     Further keywords are those of ``tracer.settings.Settings``: spp, seed, criterion, objective, pilot_spp, min_spp,
-    max_spp, block, unbiased; where the scene's integrator is ``adaptive``, its parameters are the defaults. Sets the Mitsuba
-    variant ``llvm_ad_rgb`` unless one is active. Raises the errors of ``tracer.errors``.
+    max_spp, block, unbiased; where the scene's integrator is ``adaptive``, its parameters are the defaults. Sets the
+    Mitsuba variant ``llvm_ad_rgb`` unless one is active. Raises the errors of ``tracer.errors``.
     """
     backend.activate()
     with open_scene(scene, sensor, integrator, size) as view:

@@ -50,43 +50,65 @@ def measure_complexity(view: View, sampler: Any, seed: int, rays: int, block: in
     """
     height, width = view.grid
     rows, columns = -(-height // block), -(-width // block)
-    shape, face = hits(view, sampler, seed, rays, block, rows, columns)
     per_block = rays * block * block
-    same_shape = np.asarray(multiplicity(shape, per_block).numpy()).reshape(rows, columns, per_block)
-    same_face = np.asarray(multiplicity(face, per_block).numpy()).reshape(rows, columns, per_block)
-    hit = (np.asarray(shape.numpy()) != MISS).reshape(rows, columns, per_block)
-    visible = np.rint(np.where(hit, 1.0 / same_shape, 0.0).sum(axis=-1))
+    slab = max(1, MOST_RAYS // (columns * per_block))
+    parts = [
+        measure_rows(view, sampler, seed, rays, block, top, min(slab, rows - top), columns)
+        for top in range(0, rows, slab)
+    ]
+    measured = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
     def expand(values: Floats) -> Floats:
         return values.repeat(block, axis=0).repeat(block, axis=1)[:height, :width]
 
-    return Complexity(
-        shape_entropy=expand(complexity.ray_entropy(same_shape)),
-        face_entropy=expand(complexity.ray_entropy(same_face)),
-        shape_gini=expand(complexity.ray_gini(same_shape)),
-        face_gini=expand(complexity.ray_gini(same_face)),
-        distinct=expand(complexity.ray_distinct(same_shape)),
-        viewpoint=expand(visible / max(len(view.scene.shapes()), 1) + hit.mean(axis=-1)),
-        rays=rays,
-    )
+    return Complexity(**{name: expand(values) for name, values in measured.items()}, rays=rays)
 
 
+def measure_rows(
+    view: View, sampler: Any, seed: int, rays: int, block: int, top: int, rows: int, columns: int
+) -> dict[str, Floats]:
+    """Return the measures of ``Complexity`` for ``rows`` rows of blocks from ``top``, (rows, columns) each."""
+    per_block = rays * block * block
+    shape, face = hits(view, sampler, seed, rays, block, top, rows, columns)
+    same_shape = np.asarray(multiplicity(shape, per_block).numpy()).reshape(rows, columns, per_block)
+    same_face = np.asarray(multiplicity(face, per_block).numpy()).reshape(rows, columns, per_block)
+    hit = (np.asarray(shape.numpy()) != MISS).reshape(rows, columns, per_block)
+    visible = np.rint(np.where(hit, 1.0 / same_shape, 0.0).sum(axis=-1))
+    return {
+        "shape_entropy": complexity.ray_entropy(same_shape),
+        "face_entropy": complexity.ray_entropy(same_face),
+        "shape_gini": complexity.ray_gini(same_shape),
+        "face_gini": complexity.ray_gini(same_face),
+        "distinct": complexity.ray_distinct(same_shape),
+        "viewpoint": visible / max(len(view.scene.shapes()), 1) + hit.mean(axis=-1),
+    }
+
+
+MOST_RAYS = 1 << 22
+"""Pilot rays traced at once, unless a row of blocks has more."""
 MISS = 0
 """Shape ID of a ray that hits nothing; hits never have it."""
 
 
-def hits(view: View, sampler: Any, seed: int, rays: int, block: int, rows: int, columns: int) -> tuple[Any, Any]:
-    """Return shape and face ID (mi.UInt32) of every pilot ray, ordered by block, then pixel of the block, then ray."""
+def hits(
+    view: View, sampler: Any, seed: int, rays: int, block: int, top: int, rows: int, columns: int
+) -> tuple[Any, Any]:
+    """Return shape and face ID (mi.UInt32) of every pilot ray of ``rows`` rows of blocks from ``top``.
+
+    They are ordered by block, then pixel of the block, then ray.
+    """
     per_block = rays * block * block
     lane = dr.arange(mi.UInt32, rows * columns * per_block)
     group, within = divide(lane, per_block)
     pixel_in_block, ray_index = divide(within, rays)
     group_row, group_column = divide(group, columns)
+    group_row += dr.opaque(mi.UInt32, top)
     row_in_block, column_in_block = divide(pixel_in_block, block)
     last_row, last_column, side = (dr.opaque(mi.UInt32, n) for n in (view.grid[0] - 1, view.grid[1] - 1, block))
     row = dr.minimum(group_row * side + row_in_block, last_row)
     column = dr.minimum(group_column * side + column_in_block, last_column)
-    sampler.seed_samples(mix(mix(mi.UInt32(seed)) ^ PILOT_KEY), divide(lane, rays)[0], ray_index)
+    first = dr.opaque(mi.UInt32, top * columns * block * block)
+    sampler.seed_samples(mix(mix(mi.UInt32(seed)) ^ PILOT_KEY), first + divide(lane, rays)[0], ray_index)
     ray, _, _ = camera_ray(view, sampler, row, column)
     found = view.scene.ray_intersect_preliminary(ray, coherent=True)
     instance, shape = (dr.reinterpret_array(mi.UInt32, pointer) for pointer in (found.instance, found.shape))

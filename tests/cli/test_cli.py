@@ -7,8 +7,8 @@ import time
 
 import numpy as np
 import pytest
-from conftest import LIT
 
+from conftest import LIT
 from tracer.cli import main, repeat_option
 from tracer.files import read_exr
 

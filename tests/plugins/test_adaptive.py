@@ -3,9 +3,9 @@
 import mitsuba as mi
 import numpy as np
 import pytest
-from conftest import SENSOR
 
 import tracer
+from conftest import SENSOR
 
 
 def test_renders_from_xml_under_mi_render(scene_file):

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from conftest import LIT
 
+from conftest import LIT
 from tracer import loop
 from tracer.study import reference as references
 from tracer.study import table

@@ -1,8 +1,8 @@
 """Timings: ratios are what they say, and a real scene is timed every way."""
 
 import pytest
-from conftest import LIT
 
+from conftest import LIT
 from tracer.study.overhead import Timing, markdown, measure_overhead
 
 

@@ -1,0 +1,33 @@
+"""Samples that decide and are averaged bias the mean a little; with ``unbiased`` they are kept apart and do not."""
+
+import mitsuba as mi
+import numpy as np
+import pytest
+from scipy import stats
+
+import tracer
+from conformance.cases import scene
+
+SEEDS = 400
+LIMIT = stats.norm.ppf(1 - 0.001 / 2)
+"""|z| that a correct estimate exceeds once in a thousand times."""
+
+
+def brightness(loaded, **settings):
+    """Return the mean of the picture for every seed."""
+    pictures = (tracer.render(loaded, spp=8, pilot_spp=1, seed=seed, **settings).image for seed in range(SEEDS))
+    return np.array([picture.mean(dtype=np.float64) for picture in pictures])
+
+
+@pytest.mark.slow
+def test_bias_at_eight_samples():
+    """A room lit through few rays: pixels that look dark by chance get fewer samples, and so stay dark."""
+    loaded = mi.load_dict(scene("path", filter_name="box"))
+    truth = np.array(mi.render(loaded, spp=1 << 15, seed=10**6)).mean(dtype=np.float64)
+    z = {}
+    for unbiased in (False, True):
+        found = brightness(loaded, unbiased=unbiased, min_spp=1)
+        z[unbiased] = (found.mean() - truth) / (found.std(ddof=1) / np.sqrt(SEEDS))
+        print(f"unbiased={unbiased}: {found.mean() / truth - 1:+.3%} of the picture, z = {z[unbiased]:+.1f}")
+    assert z[False] < -LIMIT
+    assert abs(z[True]) < LIMIT
