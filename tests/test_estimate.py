@@ -200,7 +200,7 @@ def test_a_hundred_thousand_samples_lose_no_precision(cornell, filter_name):
             estimate.add(window, draw.Samples([constant, mi.Float(rare[lanes]), constant], position))
         image, _ = estimate.develop()
         statistics = estimate.statistics()
-    assert image[..., 0] == pytest.approx(0.1, rel=1e-5)
+    assert image[..., 0] == pytest.approx(0.1, rel=5e-5)
     exact = 0.1 + 0.001 * (50 - 0.1)
     assert statistics.mean[..., 1] == pytest.approx(exact, rel=1e-6)
     assert statistics.variance[..., 1] == pytest.approx(0.001 * 0.999 * 49.9**2, rel=1e-4)

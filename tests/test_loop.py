@@ -136,7 +136,7 @@ def test_kernels_are_compiled_in_the_first_render_only(cornell):
                 render_view(view, make_settings(spp=spp, seed=seed))
         compiled = [kernel for kernel in dr.kernel_history() if kernel["type"] == dr.KernelType.JIT]
     assert len(compiled) > 20
-    assert all(kernel["cache_hit"] for kernel in compiled)
+    assert [(k["size"], k["operation_count"]) for k in compiled if not k["cache_hit"]] == []
 
 
 def test_samples_that_decide_are_not_in_an_unbiased_picture(cornell):

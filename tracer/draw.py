@@ -92,7 +92,8 @@ class Line:
 def lane_pixels(window: Window) -> tuple[Any, Any]:
     """Return (pixel, sample index) of every lane of a window, as mi.UInt32."""
     marks = dr.zeros(mi.UInt32, window.sample_count)
-    dr.scatter_add(marks, mi.UInt32(1), mi.UInt32(window.begin))
+    # Left to itself Dr.Jit chooses the mode by the size of ``marks``, and compiles one kernel for each.
+    dr.scatter_add(marks, mi.UInt32(1), mi.UInt32(window.begin), mode=dr.ReduceMode.Direct)
     rank = dr.cumsum(marks) - 1
     index = dr.gather(mi.UInt32, mi.UInt32(window.base), rank) + dr.arange(mi.UInt32, window.sample_count)
     return rank + dr.opaque(mi.UInt32, window.first_pixel), index

@@ -139,6 +139,8 @@ def fit(past: Floats, observed: Floats) -> Floats:
     prediction = columns.mean(axis=1) * (observed.mean() / max(columns.mean(), 1e-300))
     coefficients = np.zeros(past.shape[1])
     for _ in range(ITERATIONS):
+        if not prediction.mean() > 0:  # no error was observed, or none that a predictor explains
+            break
         level = np.maximum(prediction, 1e-3 * prediction.mean() + 1e-300)
         coefficients = non_negative(columns / level[:, None], np.minimum(observed / level, OUTLIER))
         prediction = columns @ coefficients
