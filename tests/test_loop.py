@@ -157,3 +157,12 @@ def test_pixels_without_a_finite_sample_are_named():
     empty[2, 3] = True
     assert black_pixels(empty, 1) == "; pixels (x, y) without any other are black: (2, 1)"
     assert black_pixels(np.ones((4, 5), bool), 0).endswith("(2, 1) and 12 more")
+
+
+def test_luminance_is_that_of_the_films_channels(cornell):
+    found = {}
+    for pixel_format in ("rgb", "xyza", "luminance"):
+        with open_scene(cornell(pixel_format=pixel_format)) as view:
+            found[pixel_format] = view.luminance(render_view(view, make_settings(spp=16, criterion="uniform")).image)
+    for pixel_format in ("xyza", "luminance"):
+        assert found[pixel_format] == pytest.approx(found["rgb"], rel=1e-3, abs=1e-4)

@@ -18,7 +18,6 @@ from tracer import backend, budget, criteria, draw, objective, pilot
 from tracer.estimate import Estimate, Statistics
 from tracer.result import Report, Result, Round
 from tracer.scene import Size, View, open_scene
-from tracer.score import luminance
 from tracer.settings import Settings, make_settings
 
 
@@ -205,7 +204,7 @@ class Rendering:
         """Return the objective's weight of each pixel, from a mean smoothed as the film's filter will smooth it."""
         if known is None:
             return np.ones(self.view.grid)
-        brightness = luminance(known.mean[..., : self.view.colour_channels])
+        brightness = self.view.luminance(known.mean)
         return objective.weights(self.settings.objective, gaussian_filter(brightness, 1.0, mode="nearest"))
 
     def draw_round(self, allocation: NDArray[np.uint32]) -> None:

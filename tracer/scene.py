@@ -11,9 +11,11 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 import numpy as np
+from numpy.typing import NDArray
 
 from tracer.errors import SceneError, SettingsError
 from tracer.load_error import load_error
+from tracer.score import luminance
 from tracer.source import LOAD_ERRORS, describe, load
 
 Size = int | tuple[int, int] | None
@@ -90,6 +92,12 @@ class View:
     def colour_channels(self) -> int:
         """How many of the channels, from the first, are colour: what decisions look at."""
         return 3 if self.channels[0] in "RX" else 1
+
+    def luminance(self, image: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the luminance (H, W) of an image (H, W, C) in the film's channels."""
+        if self.channels[0] == "X":
+            return image[..., 1]
+        return luminance(image[..., : self.colour_channels])
 
     def fill_film(self, image: Any) -> None:
         """Leave ``image`` (H, W, C) in the film, where ``film.develop()`` and ``film.write()`` look for it."""
