@@ -143,10 +143,12 @@ def test_kernels_are_compiled_in_the_first_render_only(cornell):
 
 def test_samples_that_decide_are_not_in_an_unbiased_picture(cornell):
     result = tracer.render(cornell(), spp=64, unbiased=True)
-    assert [one.samples for one in result.report.rounds] == [4 * 384, 4 * 384, 56 * 384]
-    assert result.samples.sum() == 56 * 384
-    assert "8 samples per pixel decided and are not in the picture" in " ".join(result.report.notes)
+    assert [one.samples for one in result.report.rounds] == [2 * 384, 2 * 384, 60 * 384]
+    assert result.samples.sum() == 60 * 384
+    assert tracer.render(cornell(), spp=8, unbiased=True, min_spp=1, pilot_spp=1).samples.min() == 1
+    assert "4 samples per pixel decided and are not in the picture" in " ".join(result.report.notes)
     assert np.ptp(result.samples) > 0
+    assert tracer.render(cornell(), spp=31, unbiased=True).samples.min() == 31
     without_radiance = tracer.render(cornell(), spp=16, unbiased=True, criterion="shape_entropy")
     assert without_radiance.samples.sum() == 16 * 384
 

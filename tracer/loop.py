@@ -155,7 +155,7 @@ class Rendering:
         spp, pilot = self.settings.spp, self.settings.pilot_samples
         if not self.criterion.needs_radiance:
             return [self.total]
-        if spp <= 2 * pilot:
+        if self.settings.too_small:
             self.report.notes.append(
                 f"Uniform: {spp} spp leave nothing to decide after two rounds of {pilot} samples per pixel; "
                 "use a larger spp or a smaller pilot_spp."
@@ -194,7 +194,7 @@ class Rendering:
             )
             importance = np.ones_like(importance)
         # The floor grows with the budget: reached at once, it could ask for more than is left to share out.
-        lower = np.maximum(self.drawn, self.settings.least_samples * goal / self.total)
+        lower = np.maximum(self.drawn, max(1.0, self.settings.least_samples * goal / self.total))
         target = budget.fill(importance, goal, lower, self.settings.most_samples)
         allocation = budget.round_to_total(target, goal, self.generator)
         self.report.seconds_deciding += time.perf_counter() - start

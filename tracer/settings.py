@@ -12,8 +12,9 @@ from tracer.load_error import nearest
 from tracer.objective import OBJECTIVES
 
 MOST_PILOT_RAYS = 16
-UNBIASED_SHARE = 16
-"""Samples that decide and are then thrown away are two rounds of this part of the budget."""
+UNBIASED_SHARE = 32
+"""Samples that decide and are then thrown away are two rounds of this part of the budget. Where it is less than one
+sample, they cost more than they bring: the render is uniform, unless pilot_spp is set."""
 
 
 class Settings(BaseModel):
@@ -67,8 +68,15 @@ class Settings(BaseModel):
     def pilot_samples(self) -> int:
         """Samples per pixel of the first round of a criterion that learns from radiance."""
         if self.unbiased:
-            return self.pilot_spp or min(max(self.spp // UNBIASED_SHARE, 1), MOST_PILOT_RAYS)
+            return self.pilot_spp or min(max(self.spp // UNBIASED_SHARE, 2), 8)
         return self.pilot_spp or min(self.spp, 4)
+
+    @property
+    def too_small(self) -> bool:
+        """Whether the budget leaves nothing to decide after two rounds of ``pilot_samples``."""
+        if self.unbiased and self.pilot_spp is None:
+            return self.spp < UNBIASED_SHARE
+        return self.spp <= 2 * self.pilot_samples
 
     @property
     def pilot_rays(self) -> int:

@@ -21,7 +21,7 @@ def brightness(loaded, **settings):
 
 @pytest.mark.slow
 def test_bias_at_eight_samples():
-    """A room lit through few rays: pixels that look dark by chance get fewer samples, and so stay dark."""
+    """Pixels that look dark by chance get fewer samples, and so stay dark: 0.15 to 0.2 % of the picture is missing."""
     loaded = mi.load_dict(scene("path", filter_name="box"))
     truth = np.array(mi.render(loaded, spp=1 << 15, seed=10**6)).mean(dtype=np.float64)
     z = {}

@@ -134,7 +134,8 @@ def fit(past: Floats, observed: Floats) -> Floats:
     Least squares in relative terms, since a squared difference scatters in proportion to its expectation: each round
     divides by the prediction of the one before.
     """
-    scale = past.mean(axis=0) + 1e-300
+    scale = past.mean(axis=0)
+    scale[scale <= 0] = 1.0
     columns = past / scale
     prediction = columns.mean(axis=1) * (observed.mean() / max(columns.mean(), 1e-300))
     coefficients = np.zeros(past.shape[1])
