@@ -7,7 +7,8 @@ import pytest
 
 import tracer
 from tracer import criteria
-from tracer.loop import black_pixels, predicted_gain, render_view
+from tracer.loop import predicted_gain, render_view
+from tracer.result import black_pixels
 from tracer.scene import open_scene
 from tracer.settings import make_settings
 

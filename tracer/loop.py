@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import ceil, log
 from typing import Any
 
 import drjit as dr
@@ -16,7 +15,8 @@ from scipy.ndimage import gaussian_filter
 
 from tracer import backend, budget, criteria, draw, objective, pilot
 from tracer.estimate import Estimate, Statistics
-from tracer.result import Report, Result, Round
+from tracer.result import Report, Result, Round, black_pixels
+from tracer.rounds import PASS_SIZES, even_pass, next_pass_size, round_goals
 from tracer.scene import Size, View, open_scene
 from tracer.settings import Settings, make_settings
 
@@ -35,18 +35,6 @@ class Progress:
 
 LEAST_GAIN = 1.05
 """An allocation that is predicted to gain less than this over uniform is not worth its overhead and its risk."""
-
-PASS_SIZES = (1 << 20, 1 << 21, 1 << 22)
-"""Samples per pass: enough to keep the threads busy, few enough for flat memory and a sign of life every second."""
-
-PASS_SECONDS = 1.5
-"""A pass takes no longer, unless the smallest does."""
-
-NAMED = 8
-"""Most pixels that a note names one by one."""
-
-GROWTH = 1.7
-"""After a round there are at most this many times the samples that were there before it."""
 
 HELD_OUT_KEY = 0x5EED0
 """Keeps samples that only decide apart from those that make the picture."""
@@ -102,7 +90,12 @@ class Rendering:
 
     def run(self) -> Result:
         """Run all rounds and develop the picture."""
-        goals = self.goals()
+        goals = round_goals(self.settings, self.criterion.needs_radiance, self.view.pixel_count)
+        if self.criterion.needs_radiance and len(goals) == 1:
+            self.report.notes.append(
+                f"Uniform: {self.settings.spp} spp leave nothing to decide after two rounds of "
+                f"{self.settings.pilot_samples} samples per pixel; use a larger spp or a smaller pilot_spp."
+            )
         hold_out = self.settings.unbiased and self.criterion.needs_radiance and len(goals) > 1
         if hold_out:
             self.seed ^= HELD_OUT_KEY
@@ -145,27 +138,6 @@ class Rendering:
         settings = self.settings
         arguments = (self.view, self.sampler, settings.seed, settings.pilot_rays, settings.block)
         return self.timed("seconds_pilot", pilot.measure_complexity, *arguments)
-
-    def goals(self) -> list[int]:
-        """Return the samples drawn in all after each round.
-
-        A criterion that learns gets two equal rounds, the same for all pixels, and then as few as grow by no more than
-        GROWTH, or a single one if those that taught are to be held out. Others have one round.
-        """
-        spp, pilot = self.settings.spp, self.settings.pilot_samples
-        if not self.criterion.needs_radiance:
-            return [self.total]
-        if self.settings.too_small:
-            self.report.notes.append(
-                f"Uniform: {spp} spp leave nothing to decide after two rounds of {pilot} samples per pixel; "
-                "use a larger spp or a smaller pilot_spp."
-            )
-            return [self.total]
-        if self.settings.unbiased:
-            return [goal * self.view.pixel_count for goal in (pilot, 2 * pilot, spp)]
-        rounds = ceil(log(spp / (2 * pilot)) / log(GROWTH) - 1e-9)
-        later = [2 * pilot * (spp / (2 * pilot)) ** ((k + 1) / rounds) for k in range(rounds)]
-        return [round(goal * self.view.pixel_count) for goal in (pilot, 2 * pilot, *later)]
 
     def allocate(
         self, complexity: pilot.Complexity | None, known: Statistics | None, before: Statistics | None, goal: int
@@ -270,27 +242,7 @@ class Rendering:
         )
 
 
-def black_pixels(empty: NDArray[np.bool_], border: int) -> str:
-    """Return a clause that names the pixels (of the grid) that have no sample to show."""
-    rows, columns = np.nonzero(empty)
-    if len(rows) == 0:
-        return ""
-    places = [f"({x - border}, {y - border})" for x, y in zip(columns[:NAMED], rows[:NAMED], strict=True)]
-    more = f" and {len(rows) - NAMED} more" if len(rows) > NAMED else ""
-    return f"; pixels (x, y) without any other are black: {', '.join(places)}{more}"
-
-
 def predicted_gain(importance: NDArray[np.float64]) -> float:
     """Return the gain over uniform sampling if importance is the standard deviation, 1 + CV^2 (Neyman, 1934)."""
     mean = float(importance.mean())
     return float(np.mean(importance**2)) / mean**2 if mean > 0 else 1.0
-
-
-def even_pass(left: int, size: int) -> int:
-    """Return the samples of the next pass of ``left``, so that passes are about as long as ``size`` and each other."""
-    return ceil(left / max(round(left / size), ceil(left / PASS_SIZES[-1])))
-
-
-def next_pass_size(rate: float) -> int:
-    """Return the samples of the next pass: the most of PASS_SIZES that take no more than PASS_SECONDS."""
-    return max((each for each in PASS_SIZES if each <= rate * PASS_SECONDS), default=PASS_SIZES[0])

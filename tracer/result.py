@@ -102,3 +102,17 @@ def as_png(picture: NDArray[np.float64]) -> str:
     stream = io.BytesIO()
     imsave(stream, np.clip(picture, 0, 1), format="png")
     return base64.b64encode(stream.getvalue()).decode()
+
+
+NAMED = 8
+"""Most pixels that a note names one by one."""
+
+
+def black_pixels(empty: NDArray[np.bool_], border: int) -> str:
+    """Return a clause that names the pixels (of the grid) that have no sample to show."""
+    rows, columns = np.nonzero(empty)
+    if len(rows) == 0:
+        return ""
+    places = [f"({x - border}, {y - border})" for x, y in zip(columns[:NAMED], rows[:NAMED], strict=True)]
+    more = f" and {len(rows) - NAMED} more" if len(rows) > NAMED else ""
+    return f"; pixels (x, y) without any other are black: {', '.join(places)}{more}"

@@ -1,0 +1,40 @@
+"""Rounds add up and grow slowly; passes are even and of the sizes that are meant."""
+
+import itertools
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tracer.rounds import GROWTH, PASS_SIZES, even_pass, next_pass_size, round_goals
+from tracer.settings import make_settings
+
+
+@given(spp=st.integers(1, 5000), pixels=st.integers(1, 10**7), unbiased=st.booleans())
+def test_goals_end_at_the_budget_and_grow_slowly(spp, pixels, unbiased):
+    goals = round_goals(make_settings(spp=spp, unbiased=unbiased), True, pixels)
+    assert goals[-1] == spp * pixels
+    assert goals == sorted(goals)
+    if len(goals) > 1 and not unbiased:
+        assert goals[1] == 2 * goals[0]
+        assert all(after <= GROWTH * before + 1 for before, after in itertools.pairwise(goals[1:]))
+    if unbiased and len(goals) > 1:
+        assert len(goals) == 3
+        assert goals[1] <= goals[2] / 8
+
+
+def test_a_criterion_without_radiance_has_one_round():
+    assert round_goals(make_settings(spp=64), False, 100) == [6400]
+
+
+@given(left=st.integers(1, 10**9), size=st.sampled_from(PASS_SIZES))
+def test_passes_are_even(left, size):
+    taken = even_pass(left, size)
+    assert 1 <= taken <= min(left, PASS_SIZES[-1])
+    assert taken <= 1.5 * size
+    assert taken >= min(left, 0.6 * size)
+
+
+@pytest.mark.parametrize(("rate", "size"), [(1e4, 0), (1e6, 0), (2e6, 1), (1e8, 2)])
+def test_pass_size_follows_the_rate(rate, size):
+    assert next_pass_size(rate) == PASS_SIZES[size]

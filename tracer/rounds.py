@@ -1,0 +1,43 @@
+"""How a budget is cut up in time: rounds between decisions, passes between signs of life."""
+
+from __future__ import annotations
+
+from math import ceil, log
+
+from tracer.settings import Settings
+
+GROWTH = 1.7
+"""After a round there are at most this many times the samples that were there before it."""
+
+PASS_SIZES = (1 << 20, 1 << 21, 1 << 22)
+"""Samples per pass: enough to keep the threads busy, few enough for flat memory and a sign of life every second."""
+
+PASS_SECONDS = 1.5
+"""A pass takes no longer, unless the smallest does."""
+
+
+def round_goals(settings: Settings, needs_radiance: bool, pixel_count: int) -> list[int]:
+    """Return the samples drawn in all after each round.
+
+    A criterion that learns gets two equal rounds, the same for all pixels, and then as few as grow by no more than
+    GROWTH, or a single one if those that taught are to be held out. Others have one round, and so has a budget that
+    leaves nothing to decide.
+    """
+    spp, pilot = settings.spp, settings.pilot_samples
+    if not needs_radiance or settings.too_small:
+        return [spp * pixel_count]
+    if settings.unbiased:
+        return [goal * pixel_count for goal in (pilot, 2 * pilot, spp)]
+    rounds = ceil(log(spp / (2 * pilot)) / log(GROWTH) - 1e-9)
+    later = [2 * pilot * (spp / (2 * pilot)) ** ((k + 1) / rounds) for k in range(rounds)]
+    return [round(goal * pixel_count) for goal in (pilot, 2 * pilot, *later)]
+
+
+def even_pass(left: int, size: int) -> int:
+    """Return the samples of the next pass of ``left``, so that passes are about as long as ``size`` and each other."""
+    return ceil(left / max(round(left / size), ceil(left / PASS_SIZES[-1])))
+
+
+def next_pass_size(rate: float) -> int:
+    """Return the samples of the next pass: the most of PASS_SIZES that take no more than PASS_SECONDS."""
+    return max((each for each in PASS_SIZES if each <= rate * PASS_SECONDS), default=PASS_SIZES[0])
