@@ -4,10 +4,11 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
+from scipy.ndimage import uniform_filter
 
 from conformance.cases import FILTERS
 from tracer import draw
-from tracer.estimate import Estimate
+from tracer.estimate import Estimate, shrunken_variance
 from tracer.scene import open_scene
 
 
@@ -217,3 +218,19 @@ def test_lines_longer_than_32_bits():
     pixel, index = draw.lane_pixels(window)
     assert np.array(pixel).tolist() == [1] + [2] * 7 + [3] * 12
     assert np.array(index).tolist() == [2**31 + 4, *range(7), *range(12)]
+
+
+def test_shrunken_variance_is_that_of_scipy():
+    rng = np.random.default_rng(1)
+    count = rng.integers(0, 9, (10, 13)).astype(np.float64)
+    degrees = np.maximum(count - 1, 0)
+    deviation = degrees * rng.exponential(size=count.shape)
+    around = uniform_filter(deviation, 7, mode="nearest") / uniform_filter(degrees, 7, mode="nearest")
+    expected = (16 * around + deviation) / (16 + degrees)
+    (found,) = shrunken_variance([mi.Float64(deviation.ravel())], mi.Float64(count.ravel()), count.shape)
+    assert np.array(found).reshape(count.shape) == pytest.approx(expected, rel=1e-5)
+
+
+def test_nothing_is_known_of_single_samples():
+    (found,) = shrunken_variance([mi.Float64(np.zeros(12))], mi.Float64(np.ones(12)), (3, 4))
+    assert np.all(np.array(found) == 0)

@@ -24,6 +24,9 @@ from tracer.draw import Samples, Window, divide
 from tracer.scene import View
 
 Floats = NDArray[np.float64]
+PRIOR_RADIUS, PRIOR_DEGREES = 3, 16.0
+"""Pixels on each side, and the degrees of freedom that they stand for, of the variance around a pixel. With 7 x 7 and
+16 the true error of the bundled scenes is 0.5 to 1.0 standard errors (RMS) at 16, 64 and 256 spp."""
 
 
 @dataclass(frozen=True)
@@ -104,13 +107,13 @@ class Estimate:
 
         Image: sum over pixels i in reach of A_i / n_i, divided by the same sum of B_i / n_i, with A and B the sums of
         weight x channel and of weight over the n_i samples of i. Its variance is the sum of s_i^2 / n_i times the
-        square of the share that i has in the image's pixel; pixels i with fewer than two samples add nothing to it.
+        square of the share that i has in the image's pixel, with s_i^2 from ``shrunken_variance``.
         """
         count = mi.Float64(self.whole("count"))
         per_sample = mi.Float(dr.select(count > 0, dr.rcp(count), 0))
-        per_degree = dr.select(count > 1, dr.rcp(count * (count - 1)), 0)
         channels = range(len(self.view.channels))
-        error = [mi.Float(self.whole("deviation", c) * per_degree) for c in channels]
+        deviation = [self.whole("deviation", c) for c in channels]
+        error = [variance * per_sample for variance in shrunken_variance(deviation, count, self.view.grid)]
         dr.eval(per_sample, error)
         (grid_height, grid_width), border = self.view.grid, self.view.border
         row, column = divide(dr.arange(mi.UInt32, self.view.size[0] * self.view.size[1]), self.view.size[1])
@@ -147,6 +150,35 @@ class Estimate:
         image = [to_host(channel * scale, size) for channel in total]
         stderr = [to_host(dr.sqrt(channel) * dr.abs(scale), size) for channel in variance]
         return np.stack(image, axis=-1), np.stack(stderr, axis=-1)
+
+
+def shrunken_variance(deviation: list[Any], count: Any, grid: tuple[int, int]) -> list[Any]:
+    """Return the variance of one sample per channel, mi.Float of all pixels, from squared deviations and counts.
+
+    A pixel's own variance says too little after few samples: where light is found by chance, most pixels have not yet
+    seen what makes them noisy. It is averaged with the variance over a window around it, which counts as much as
+    PRIOR_DEGREES degrees of freedom (the posterior mean under an inverse-gamma prior).
+    """
+    degrees = dr.maximum(count - 1, 0)
+    around = box_sum(degrees, grid)
+    per_degree = dr.select(around > 0, dr.rcp(around), 0)
+    per_sample = dr.rcp(PRIOR_DEGREES + degrees)
+    return [mi.Float((PRIOR_DEGREES * per_degree * box_sum(d, grid) + d) * per_sample) for d in deviation]
+
+
+def box_sum(values: Any, grid: tuple[int, int]) -> Any:
+    """Return the sums of values (one a pixel) over windows of 2 PRIOR_RADIUS + 1 a side, the edge repeated."""
+    height, width = grid
+    row, column = (mi.Int32(index) for index in divide(dr.arange(mi.UInt32, height * width), width))
+    for down, right in ((0, 1), (1, 0)):
+        total = dr.zeros(type(values), height * width)
+        for offset in range(-PRIOR_RADIUS, PRIOR_RADIUS + 1):
+            y = dr.clip(row + offset * down, 0, height - 1)
+            x = dr.clip(column + offset * right, 0, width - 1)
+            total += dr.gather(type(values), values, mi.UInt32(y * width + x))
+        dr.eval(total)
+        values = total
+    return values
 
 
 def leaves(tree: Tree) -> list[Any]:

@@ -3,7 +3,7 @@
 import pytest
 
 from conftest import LIT
-from tracer.study.overhead import Timing, markdown, measure_overhead
+from tracer.study.overhead import Timing, markdown, measure
 
 
 def test_ratios_are_of_throughput():
@@ -16,11 +16,11 @@ def test_ratios_are_of_throughput():
 
 def test_every_way_is_timed(scene_file):
     steps = []
-    (timing,) = measure_overhead([scene_file(LIT, "lit.xml")], 8, 16, 2, lambda *step: steps.append(step))
+    (timing,) = measure(scene_file(LIT, "lit.xml"), 8, [16], 2, lambda *step: steps.append(step))
     assert timing.scene == "lit"
     for way in ("independent", "owen_sobol", "uniform", "fused", "idle"):
         assert len(getattr(timing, way)) == 2
     assert all(0 < share < 1 for share in timing.idle)
     assert steps[-1][1:] == (12, 12)
     with pytest.raises(KeyboardInterrupt):
-        measure_overhead([scene_file(LIT)], 8, 16, 2, lambda *step: False)
+        measure(scene_file(LIT), 8, [16], 2, lambda *step: False)

@@ -9,7 +9,7 @@ import pytest
 from tracer.scene import open_scene
 from tracer.source import load
 from tracer.study.compare import stock_method
-from tracer.study.samplers import Error, markdown, measure, measure_samplers, ratios
+from tracer.study.samplers import Error, markdown, measure, measure_method, ratios
 
 
 def test_ratios_by_scene():
@@ -32,7 +32,7 @@ def test_variance_between_seeds_is_the_error_against_a_reference(cornell):
         method = stock_method(view)
         reference = np.mean([method(1024, 100 + seed)[0] for seed in range(4)], axis=0)
         expected = np.mean([(method(16, seed)[0] - reference) ** 2 for seed in range(8)])
-        found = measure("box", "independent", method, 16, range(8), view.pixel_count)
+        found = measure_method("box", "independent", method, 16, range(8), view.pixel_count)
     assert found.mse == pytest.approx(expected, rel=0.15)
 
 
@@ -41,7 +41,7 @@ def test_error_beside_mitsubas_samplers():
     """MSE of uniform pictures of our scenes: near multijitter's, about half of independent's."""
     scenes = sorted(Path(str(files("tracer.scenes"))).glob("*.xml"))
     assert len(scenes) == 8
-    errors = measure_samplers(scenes, 256, [16, 64], range(2))
+    errors = [error for path in scenes for error in measure(path, 256, [16, 64], 2)]
 
     def mean(other: str, spp: int) -> float:
         return float(np.exp(np.mean(np.log(ratios(errors, other, spp)))))

@@ -9,8 +9,6 @@ import typer
 
 from tracer.cli import options
 
-STUDIES = ("overhead", "samplers")
-
 
 def study(
     name: Annotated[str, typer.Argument(help="overhead or samplers.", show_default=False)],
@@ -29,35 +27,13 @@ def study(
 
     Example: tracer study overhead scene.xml -o results
     """
-    from tracer import backend, files
-    from tracer.errors import SettingsError
-    from tracer.settings import known, make_settings
-    from tracer.study import overhead, samplers
-    from tracer.study.record import record_files, write_record
-    from tracer.study.run import check_names, check_scenes
+    from tracer.study.named import find_study, prepare, run_study
 
-    try:
-        known(name, "study", list(STUDIES))
-    except ValueError as error:
-        raise SettingsError(f"{error}.") from None
-    spps = [make_settings(spp=each).spp for each in spp or [64]]
-    if name == "overhead" and len(spps) > 1:
-        raise SettingsError(f"The study 'overhead' takes one --spp (was {', '.join(map(str, spps))}).")
-    backend.activate()
-    check_names(scenes)
-    check_scenes(scenes, size)
-    files.prepare_folder(output, overwrite, record_files(name))
+    spps = spp or [64]
+    find_study(name, spps)
+    prepare(name, scenes, size, output, overwrite)
     from tracer.cli.progress import steps
 
     with steps(quiet) as progress:
-        if name == "overhead":
-            timings = overhead.measure_overhead(scenes, size or 512, spps[0], seeds, progress)
-            table, numbers = overhead.markdown(timings), overhead.numbers(timings)
-            side = size or 512
-            conditions = f"{side} x {side} pixels, {spps[0]} spp, {seeds} repetitions, means in seconds"
-        else:
-            errors = samplers.measure_samplers(scenes, size or 256, spps, range(seeds), progress)
-            table, numbers = samplers.markdown(errors), samplers.numbers(errors)
-            conditions = f"{size or 256} pixels wide, seeds 0 to {seeds - 1}"
-    write_record(output, name, numbers, table, conditions)
+        table = run_study(name, scenes, output, spps, seeds, size, progress)
     typer.echo(table)

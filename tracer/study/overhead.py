@@ -51,19 +51,15 @@ class Timing:
         return interval(self.idle)
 
 
-def measure_overhead(
-    scenes: Sequence[Path], side: int, spp: int, repetitions: int, progress: StepCallback | None = None
+def measure(
+    scene: Path, side: int, spps: Sequence[int], repetitions: int, progress: StepCallback | None = None
 ) -> list[Timing]:
-    """Time every scene at ``side`` x ``side`` pixels.
+    """Time a scene at ``side`` x ``side`` pixels and the first of ``spps``.
 
     The four ways take turns, so that a machine that changes speed does so for all of them; the first turn compiles and
     is not counted. Raises KeyboardInterrupt if ``progress`` stops it.
     """
-    return [time_scene(scene, side, spp, repetitions, progress) for scene in scenes]
-
-
-def time_scene(scene: Path, side: int, spp: int, repetitions: int, progress: StepCallback | None) -> Timing:
-    """Time one scene."""
+    spp = spps[0]
     name = scene_name(scene)
     timing = Timing(name, [], [], [], [], [])
     with ExitStack() as stack:
@@ -99,7 +95,7 @@ def time_scene(scene: Path, side: int, spp: int, repetitions: int, progress: Ste
                 done = repetition * len(ways) + count + 1
                 if progress and progress(f"{name}: {way}", done, (repetitions + 1) * len(ways)) is False:
                     raise KeyboardInterrupt
-    return timing
+    return [timing]
 
 
 HEADINGS = (

@@ -20,7 +20,7 @@ from tracer.source import load
 from tracer.study.compare import STOCK_SAMPLERS, Method, interval, stock_method
 from tracer.study.record import markdown_table
 from tracer.study.run import StepCallback, scene_name
-from tracer.study.table import bounds
+from tracer.study.table import bounds, ratio
 
 OWN = "owen_sobol"
 SAMPLERS = (OWN, *STOCK_SAMPLERS)
@@ -39,36 +39,29 @@ class Error:
     """The same, each pixel over its squared luminance + 0.01."""
 
 
-def measure_samplers(
-    scenes: Sequence[Path],
-    width: int,
-    spps: Sequence[int],
-    seeds: Sequence[int],
-    progress: StepCallback | None = None,
+def measure(
+    scene: Path, width: int, spps: Sequence[int], seeds: int, progress: StepCallback | None = None
 ) -> list[Error]:
-    """Render every scene, ``width`` pixels wide, with every sampler, budget and seed (two at least).
+    """Render a scene, ``width`` pixels wide, with every sampler, budget and seed (two seeds at least).
 
     ``multijitter`` may take a few samples more than asked for; its errors are scaled to the samples it took. Raises
     KeyboardInterrupt if ``progress`` stops it.
     """
-    errors = []
-    for scene in scenes:
-        name, count = scene_name(scene), 0
-        for sampler in SAMPLERS:
-            with ExitStack() as stack:
-                source = load(scene, sampler=sampler, merge_meshes=True)
-                view = stack.enter_context(open_scene(source, size=width))
-                method = stock_method(view)
-                for spp in spps:
-                    errors.append(measure(name, sampler, method, spp, seeds, view.pixel_count))
-                    count += 1
-                    total = len(SAMPLERS) * len(spps)
-                    if progress and progress(f"{name}: {sampler}, {spp} spp", count, total) is False:
-                        raise KeyboardInterrupt
+    errors: list[Error] = []
+    for sampler in SAMPLERS:
+        with ExitStack() as stack:
+            source = load(scene, sampler=sampler, merge_meshes=True)
+            view = stack.enter_context(open_scene(source, size=width))
+            method = stock_method(view)
+            for spp in spps:
+                errors.append(measure_method(scene_name(scene), sampler, method, spp, range(seeds), view.pixel_count))
+                done, total = len(errors), len(SAMPLERS) * len(spps)
+                if progress and progress(f"{scene_name(scene)}: {sampler}, {spp} spp", done, total) is False:
+                    raise KeyboardInterrupt
     return errors
 
 
-def measure(scene: str, sampler: str, method: Method, spp: int, seeds: Sequence[int], pixel_count: int) -> Error:
+def measure_method(scene: str, sampler: str, method: Method, spp: int, seeds: Sequence[int], pixel_count: int) -> Error:
     """Return the error of one sampler."""
     pictures = [method(spp, seed) for seed in seeds]
     images = np.stack([image for image, _ in pictures]).astype(np.float64)
@@ -81,7 +74,7 @@ def measure(scene: str, sampler: str, method: Method, spp: int, seeds: Sequence[
 def ratios(errors: Sequence[Error], other: str, spp: int, field: str = "mse") -> list[float]:
     """Return the error of our sampler over that of ``other``, one entry a scene."""
     found = {(e.scene, e.sampler): getattr(e, field) for e in errors if e.spp == spp}
-    return [found[scene, OWN] / found[scene, other] for scene in dict.fromkeys(e.scene for e in errors)]
+    return [ratio(found[scene, OWN], found[scene, other]) for scene in dict.fromkeys(e.scene for e in errors)]
 
 
 def markdown(errors: Sequence[Error]) -> str:
