@@ -51,7 +51,7 @@ from tracer.errors import SettingsError
 from tracer.loop import render_view
 from tracer.result import Result
 from tracer.scene import open_scene, require_nestable
-from tracer.settings import Settings, make_settings
+from tracer.settings import Settings, check_settings, make_settings
 
 
 class AdaptiveIntegrator(mi.SamplingIntegrator):
@@ -64,7 +64,7 @@ class AdaptiveIntegrator(mi.SamplingIntegrator):
             raise SettingsError('adaptive: takes one nested integrator, such as <integrator type="path"/>.')
         self.nested = require_nestable(nested[0] if nested else mi.load_dict({"type": "path"}))
         self.settings = {name: props[name] for name in Settings.model_fields if name in props}
-        make_settings(**self.settings)
+        check_settings(**self.settings)
         self.result: Result | None = None
         """What the last render returned, with sample counts, errors and report."""
 

@@ -19,7 +19,7 @@ def test_recorded_samples_are_those_that_are_traced(sensor):
     sampler = mi.load_dict({"type": "owen_sobol"})
     scale = dr.opaque(mi.Float, 0.25)
     with open_scene(scene) as view:
-        recorded = draw.recorded(view, sampler)
+        recorded = draw.Recorded(view, sampler)
         for spp in (1, 5, 64):
             counts = np.full(view.pixel_count, spp, np.uint32)
             seed = dr.opaque(mi.UInt32, spp)
@@ -30,3 +30,4 @@ def test_recorded_samples_are_those_that_are_traced(sensor):
             for a, b in zip([*found.values, *found.position], [*traced.values, *traced.position], strict=True):
                 assert np.array_equal(a.numpy(), b.numpy())
             assert np.ptp(found.values[0].numpy()) > 0
+        recorded.close()

@@ -1,5 +1,7 @@
 """The loop: exact budgets, bounds, repeatability, sources, stopping."""
 
+import weakref
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
@@ -7,8 +9,9 @@ import pytest
 
 import tracer
 from tracer import criteria
-from tracer.loop import predicted_gain, render_view
-from tracer.result import black_pixels
+from tracer.errors import SettingsError
+from tracer.loop import Rendering, predicted_gain, render_view
+from tracer.result import empty_pixels
 from tracer.scene import open_scene
 from tracer.settings import make_settings
 
@@ -156,10 +159,38 @@ def test_samples_that_decide_are_not_in_an_unbiased_picture(cornell):
 
 def test_pixels_without_a_finite_sample_are_named():
     empty = np.zeros((4, 5), bool)
-    assert black_pixels(empty, 0) == ""
+    assert empty_pixels(empty) == ""
     empty[2, 3] = True
-    assert black_pixels(empty, 1) == "; pixels (x, y) without any other are black: (2, 1)"
-    assert black_pixels(np.ones((4, 5), bool), 0).endswith("(2, 1) and 12 more")
+    assert empty_pixels(empty).endswith("or black: (3, 2)")
+    assert empty_pixels(np.ones((4, 5), bool)).endswith("(2, 1) and 12 more")
+
+
+def test_a_render_lets_go_of_its_scene(cornell):
+    views = []
+    for _ in range(3):
+        with open_scene(cornell()) as view:
+            render_view(view, make_settings(spp=16))
+            views.append(weakref.ref(view))
+        del view
+    assert [view() for view in views] == [None] * 3
+
+
+def test_a_stopped_unbiased_picture_has_no_holes(cornell, monkeypatch):
+    monkeypatch.setattr("tracer.rounds.PASS_SIZES", (1000, 1000, 1000))
+    with open_scene(cornell()) as view:
+        rendering = Rendering(view, make_settings(spp=64, unbiased=True), lambda now: now.done < 0.3 * now.total)
+        rendering.pass_size = 1000
+        result = rendering.run()
+        rendering.draw.close()
+    assert not result.report.complete
+    assert result.samples.min() >= 4
+    assert "Not unbiased" in " ".join(result.report.notes)
+
+
+def test_least_samples_hold_in_an_unbiased_picture(cornell):
+    assert tracer.render(cornell(), spp=64, unbiased=True, min_spp=40).samples.min() >= 40
+    with pytest.raises(SettingsError, match="min_spp"):
+        tracer.render(cornell(), spp=64, unbiased=True, min_spp=62)
 
 
 def test_luminance_is_that_of_the_films_channels(cornell):

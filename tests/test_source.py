@@ -115,3 +115,10 @@ def test_fingerprint_follows_every_file_of_a_scene(tmp_path, scene_file):
 def test_fingerprint_of_a_dictionary(cornell):
     assert fingerprint(cornell()) == fingerprint(cornell())
     assert fingerprint(cornell()) != fingerprint(cornell(size=(9, 9)))
+
+
+def test_a_sampler_cannot_take_the_place_of_none(scene_file):
+    bare = LIT.replace('<sampler type="independent"/>', "")
+    with pytest.raises(SceneError, match="without a sampler"):
+        load(scene_file(bare), sampler="multijitter")
+    assert load(scene_file(bare)).sensors()[0].sampler() is not None

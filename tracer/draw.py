@@ -6,7 +6,7 @@ each lane finds its pixel by a running sum over the marks where pixels begin.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -133,34 +133,41 @@ def draw(view: View, sampler: Any, seed: Any, pixel: Any, index: Any, differenti
     return Samples(view.to_channels(weight * radiance, valid, ray.wavelengths) + list(aovs), position)
 
 
-def recorded(view: View, sampler: Any) -> Callable[[Any, Any, Any, Any], Samples]:
-    """Return ``draw`` of a view and a sampler as a function of (seed, pixel, index, differential_scale).
+class Recorded:
+    """``draw`` of one view as a function of (seed, pixel, index, differential_scale).
 
     It evaluates what it returns. Dr.Jit traces it once or twice and then launches the kernels it recorded: to trace a
     scene of many shapes takes as long as to draw 10^5 samples. ``pixel`` and ``index`` may be of any width. A plugin
     that hides arrays from Dr.Jit (``thinlens`` in Mitsuba 3.9) cannot be recorded and is traced for every pass.
     """
 
-    def trace(seed: Any, pixel: Any, index: Any, differential_scale: Any) -> tuple[list[Any], Any]:
-        # A fork, as the sampler is an input of the recording: arrays left in it by the last pass would be too.
-        samples = draw(view, sampler.fork(), seed, pixel, index, differential_scale)
-        dr.eval(samples.values, samples.position)
-        return samples.values, samples.position
+    def __init__(self, view: View, sampler: Any) -> None:
+        held = [view, sampler]
 
-    record = dr.freeze(trace)
-    recordable = True
+        def trace(seed: Any, pixel: Any, index: Any, differential_scale: Any) -> tuple[list[Any], Any]:
+            view, sampler = held
+            # A fork, as the sampler is an input of the recording: arrays left in it by the last pass would be too.
+            samples = draw(view, sampler.fork(), seed, pixel, index, differential_scale)
+            dr.eval(samples.values, samples.position)
+            return samples.values, samples.position
 
-    def replay(*arguments: Any) -> Samples:
-        nonlocal recordable
+        self.held, self.trace, self.record = held, trace, dr.freeze(trace)
+        self.recordable = True
+
+    def __call__(self, *arguments: Any) -> Samples:
+        """Draw, see ``draw`` for the arguments."""
         dr.eval(arguments)
-        if recordable:
+        if self.recordable:
             try:
-                return Samples(*record(*arguments))
+                return Samples(*self.record(*arguments))
             except RuntimeError:  # tracing finds the error again, if it is another one
-                recordable = False
-        return Samples(*trace(*arguments))
+                self.recordable = False
+        return Samples(*self.trace(*arguments))
 
-    return replay
+    def close(self) -> None:
+        """Let go of scene and kernels: a frozen function is part of a reference cycle and would keep them."""
+        self.record.clear()
+        self.held.clear()
 
 
 def sample_radiance(view: View, sampler: Any, ray: Any) -> tuple[Any, Any, list[Any]]:

@@ -157,7 +157,8 @@ def shrunken_variance(deviation: list[Any], count: Any, grid: tuple[int, int]) -
 
     A pixel's own variance says too little after few samples: where light is found by chance, most pixels have not yet
     seen what makes them noisy. It is averaged with the variance over a window around it, which counts as much as
-    PRIOR_DEGREES degrees of freedom (the posterior mean under an inverse-gamma prior).
+    PRIOR_DEGREES degrees of freedom (the posterior mean under an inverse-gamma prior). For quiet pixels beside noisy
+    ones this is too much.
     """
     degrees = dr.maximum(count - 1, 0)
     around = box_sum(degrees, grid)

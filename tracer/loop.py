@@ -15,7 +15,7 @@ from scipy.ndimage import gaussian_filter
 
 from tracer import backend, budget, criteria, draw, objective, pilot
 from tracer.estimate import Estimate, Statistics
-from tracer.result import Report, Result, Round, black_pixels
+from tracer.result import Report, Result, Round, empty_pixels
 from tracer.rounds import PASS_SIZES, even_pass, next_pass_size, round_goals
 from tracer.scene import Size, View, open_scene
 from tracer.settings import Settings, make_settings
@@ -66,7 +66,11 @@ def render(
 def render_view(view: View, settings: Settings, progress: ProgressCallback | None = None) -> Result:
     """Render an open scene; see ``render``."""
     with dr.suspend_grad():
-        return Rendering(view, settings, progress).run()
+        rendering = Rendering(view, settings, progress)
+        try:
+            return rendering.run()
+        finally:
+            rendering.draw.close()
 
 
 class Rendering:
@@ -77,7 +81,7 @@ class Rendering:
         self.criterion = criteria.get(settings.criterion)
         self.report = Report(settings)
         self.sampler = mi.load_dict({"type": "owen_sobol"})
-        self.draw = draw.recorded(view, self.sampler)
+        self.draw = draw.Recorded(view, self.sampler)
         self.estimate = Estimate(view)
         self.generator = np.random.default_rng(np.random.SeedSequence([settings.seed, 1]))
         self.total = settings.spp * view.pixel_count
@@ -85,6 +89,8 @@ class Rendering:
         self.memory: dict[str, Any] = {}
         self.done = 0
         self.seed = settings.seed
+        self.held_out: Estimate | None = None
+        """Samples that decided and are kept out of the picture."""
         self.pass_size = PASS_SIZES[1]
         self.start = time.perf_counter()
 
@@ -94,7 +100,7 @@ class Rendering:
         if self.criterion.needs_radiance and len(goals) == 1:
             self.report.notes.append(
                 f"Uniform: {self.settings.spp} spp leave nothing to decide after two rounds of "
-                f"{self.settings.pilot_samples} samples per pixel; use a larger spp or a smaller pilot_spp."
+                f"{self.settings.pilot_samples} samples per pixel; use a larger spp or set pilot_spp."
             )
         hold_out = self.settings.unbiased and self.criterion.needs_radiance and len(goals) > 1
         if hold_out:
@@ -118,7 +124,7 @@ class Rendering:
     def start_over(self) -> None:
         """Forget all samples drawn so far, and draw others from here on."""
         self.seed ^= HELD_OUT_KEY
-        self.estimate = Estimate(self.view)
+        self.held_out, self.estimate = self.estimate, Estimate(self.view)
         self.drawn = np.zeros(self.view.grid, np.uint32)
         self.report.notes.append(
             f"Unbiased: {self.done // self.view.pixel_count} samples per pixel decided and are not in the picture."
@@ -166,7 +172,8 @@ class Rendering:
             )
             importance = np.ones_like(importance)
         # The floor grows with the budget: reached at once, it could ask for more than is left to share out.
-        lower = np.maximum(self.drawn, max(1.0, self.settings.least_samples * goal / self.total))
+        share = 1.0 if self.held_out is not None else goal / self.total
+        lower = np.maximum(self.drawn, max(1.0, self.settings.least_samples * share))
         target = budget.fill(importance, goal, lower, self.settings.most_samples)
         allocation = budget.round_to_total(target, goal, self.generator)
         self.report.seconds_deciding += time.perf_counter() - start
@@ -219,13 +226,16 @@ class Rendering:
 
     def develop(self, complexity: pilot.Complexity | None) -> Result:
         """Return the picture and all that is known about it."""
+        if self.held_out is not None and not self.report.complete:
+            self.estimate.merge(self.held_out)
+            self.report.notes.append("Not unbiased, as it was stopped: the samples that decided are in the picture.")
         image, stderr = self.timed("seconds_statistics", self.estimate.develop)
         statistics = self.estimate.statistics()
         invalid = int(statistics.invalid.sum())
         if invalid:
             self.report.notes.append(
                 f"{invalid} samples in {np.count_nonzero(statistics.invalid)} pixels were not finite and are left out"
-                f"{black_pixels((statistics.count == 0) & (statistics.invalid > 0), self.view.border)}."
+                f"{empty_pixels(((statistics.count == 0) & (statistics.invalid > 0))[self.view.inner])}."
             )
         if not self.report.complete:
             self.report.notes.append(f"Stopped after {self.done} of {self.total} samples.")

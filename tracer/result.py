@@ -108,11 +108,14 @@ NAMED = 8
 """Most pixels that a note names one by one."""
 
 
-def black_pixels(empty: NDArray[np.bool_], border: int) -> str:
-    """Return a clause that names the pixels (of the grid) that have no sample to show."""
+def empty_pixels(empty: NDArray[np.bool_]) -> str:
+    """Return a clause that names the pixels (H, W) of the image that have no sample of their own."""
     rows, columns = np.nonzero(empty)
     if len(rows) == 0:
         return ""
-    places = [f"({x - border}, {y - border})" for x, y in zip(columns[:NAMED], rows[:NAMED], strict=True)]
+    places = [f"({x}, {y})" for x, y in zip(columns[:NAMED], rows[:NAMED], strict=True)]
     more = f" and {len(rows) - NAMED} more" if len(rows) > NAMED else ""
-    return f"; pixels (x, y) without any other are black: {', '.join(places)}{more}"
+    return (
+        f"; pixels (x, y) without any other show what the filter brings from their neighbours, or black: "
+        f"{', '.join(places)}{more}"
+    )

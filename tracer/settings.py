@@ -30,7 +30,7 @@ class Settings(BaseModel):
     objective: str = "relative"
     """Which error is to be small: absolute, relative or display."""
     pilot_spp: int | None = Field(None, ge=1)
-    """Rays per pixel that look first: ID rays, and samples of the first round. None: 4."""
+    """Rays per pixel that look first: ID rays, and samples of the first round. None: 4; when unbiased, 2 to 8."""
     min_spp: int | None = Field(None, ge=1)
     """Least samples of any pixel. None: an eighth of spp."""
     max_spp: int | None = Field(None, ge=1)
@@ -62,6 +62,11 @@ class Settings(BaseModel):
             raise ValueError(f"max_spp ({self.max_spp}) must not be below spp ({self.spp})")
         if self.pilot_spp is not None and self.pilot_spp > self.spp:
             raise ValueError(f"pilot_spp ({self.pilot_spp}) must not exceed spp ({self.spp})")
+        left = self.spp - 2 * self.pilot_samples
+        if self.unbiased and not self.too_small and self.min_spp is not None and self.min_spp > left:
+            raise ValueError(
+                f"min_spp ({self.min_spp}) must not exceed the {left} of {self.spp} spp left when unbiased"
+            )
         return self
 
     @property
@@ -101,7 +106,7 @@ def known(name: str, what: str, names: list[str]) -> str:
     hint = nearest(name, names)
     listed = ", ".join(sorted(names))
     raise ValueError(
-        f"there is no {what} '{name}'" + (f", did you mean '{hint}'?" if hint else "") + f" There are: {listed}"
+        f"there is no {what} '{name}'" + (f", did you mean '{hint}'?" if hint else ".") + f" There are: {listed}"
     )
 
 
@@ -111,6 +116,14 @@ def make_settings(**values: Any) -> Settings:
         return Settings(**values)
     except ValidationError as error:
         raise SettingsError("; ".join(explain(detail) for detail in error.errors()) + ".") from None
+
+
+def check_settings(**values: Any) -> None:
+    """Check settings to which spp is still to come; bounds that depend on it are checked then."""
+    if "spp" not in values:
+        values["spp"] = max(values.get("min_spp") or 1, values.get("pilot_spp") or 1)
+        values["unbiased"] = False
+    make_settings(**values)
 
 
 def explain(detail: Any) -> str:

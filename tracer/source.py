@@ -42,9 +42,22 @@ def load(source: Any, sampler: str | None = None, merge_meshes: bool = False) ->
     try:
         with files_beside(source):
             mi.parser.transform_all(config, state)
-            return mi.parser.instantiate(config, state)
+            scene = mi.parser.instantiate(config, state)
     except LOAD_ERRORS as error:
         raise load_error(describe(source), error) from None
+    if sampler is not None:
+        require_samplers(source, state, scene)
+    return scene
+
+
+def require_samplers(source: Any, state: Any, scene: Any) -> None:
+    """Raise SceneError if a sensor of ``scene`` has no sampler of its own, in whose place another could be put."""
+    samplers = sum(node.type == mi.ObjectType.Sampler for node in state.nodes)
+    if scene.class_name() == "Scene" and samplers < len(scene.sensors()):
+        raise SceneError(
+            f"{describe(source)} has a sensor without a sampler, so samplers cannot be compared on it; "
+            'add one inside of the sensor, for example <sampler type="independent"/>.'
+        )
 
 
 @contextmanager

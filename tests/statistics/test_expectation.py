@@ -80,7 +80,7 @@ def test_a_step_of_counts_leaves_no_trace(filter_name):
     images = []
     with open_scene(description) as view:
         sampler = mi.load_dict({"type": "owen_sobol"})
-        recorded = draw.recorded(view, sampler)
+        recorded = draw.Recorded(view, sampler)
         counts = np.full(view.grid, 4, np.uint32)
         counts[:, view.grid[1] // 2 :] = 1024
         for seed in range(SEEDS):
@@ -89,5 +89,6 @@ def test_a_step_of_counts_leaves_no_trace(filter_name):
                 pixel, index = draw.lane_pixels(window)
                 estimate.add(window, recorded(mi.UInt32(seed), pixel, index, mi.Float(1 / 8)))
             images.append(estimate.develop()[0])
+        recorded.close()
     scores = z_scores(images, *reference(description))
     assert np.abs(scores).max() < limit(scores)

@@ -53,4 +53,5 @@ def compare(
 
     with steps(quiet) as progress:
         table = run_comparison(comparison, scenes, output, progress)
-    comparison_table(table)
+    if not quiet:
+        comparison_table(table)

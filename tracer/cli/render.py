@@ -54,10 +54,10 @@ def render(
     from tracer.cli.progress import watch
     from tracer.loop import render as render_scene
     from tracer.metadata import metadata
-    from tracer.settings import make_settings
+    from tracer.settings import check_settings
     from tracer.source import fingerprint
 
-    make_settings(**settings)
+    check_settings(**settings)
     backend.activate()
     scene_hash = fingerprint(scene)  # of what is rendered, even if the file is edited meanwhile
     with watch("Rendering", quiet) as progress:

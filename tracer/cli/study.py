@@ -36,4 +36,5 @@ def study(
 
     with steps(quiet) as progress:
         table = run_study(name, scenes, output, spps, seeds, size, progress)
-    typer.echo(table)
+    if not quiet:
+        typer.echo(table)

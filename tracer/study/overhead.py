@@ -8,6 +8,9 @@ from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+import numpy as np
+from scipy import stats
+
 from tracer.loop import render_view
 from tracer.result import Result
 from tracer.scene import View, open_scene
@@ -47,8 +50,10 @@ class Timing:
 
     @property
     def idle_share(self) -> Interval:
-        """``idle``, with its interval over repetitions."""
-        return interval(self.idle)
+        """Mean of ``idle``, with its interval over repetitions (Student's t)."""
+        mean, spread = float(np.mean(self.idle)), float(stats.sem(self.idle))
+        half = float(stats.t.ppf(0.975, len(self.idle) - 1)) * spread
+        return Interval(mean, max(mean - half, 0.0), min(mean + half, 1.0))
 
 
 def measure(

@@ -13,9 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tracer.objective import weights
 from tracer.scene import open_scene
-from tracer.score import luminance
 from tracer.source import load
 from tracer.study.compare import STOCK_SAMPLERS, Method, interval, stock_method
 from tracer.study.record import markdown_table
@@ -35,8 +33,6 @@ class Error:
     spp: int
     mse: float
     """Mean over pixels and channels of the variance between seeds."""
-    relative_mse: float
-    """The same, each pixel over its squared luminance + 0.01."""
 
 
 def measure(
@@ -66,28 +62,20 @@ def measure_method(scene: str, sampler: str, method: Method, spp: int, seeds: Se
     pictures = [method(spp, seed) for seed in seeds]
     images = np.stack([image for image, _ in pictures]).astype(np.float64)
     used = pictures[0][1] / (spp * pixel_count)
-    variance = images.var(axis=0, ddof=1).mean(axis=-1) * used
-    weight = weights("relative", luminance(images.mean(axis=0)))
-    return Error(scene, sampler, spp, float(variance.mean()), float((variance * weight).mean()))
+    return Error(scene, sampler, spp, float(images.var(axis=0, ddof=1).mean() * used))
 
 
-def ratios(errors: Sequence[Error], other: str, spp: int, field: str = "mse") -> list[float]:
+def ratios(errors: Sequence[Error], other: str, spp: int) -> list[float]:
     """Return the error of our sampler over that of ``other``, one entry a scene."""
-    found = {(e.scene, e.sampler): getattr(e, field) for e in errors if e.spp == spp}
+    found = {(e.scene, e.sampler): e.mse for e in errors if e.spp == spp}
     return [ratio(found[scene, OWN], found[scene, other]) for scene in dict.fromkeys(e.scene for e in errors)]
 
 
 def markdown(errors: Sequence[Error]) -> str:
     """Return a table of ratios: a line a scene, and the geometric means."""
-    columns = [
-        (spp, other, field)
-        for spp in dict.fromkeys(e.spp for e in errors)
-        for other in STOCK_SAMPLERS
-        for field in ("mse", "relative_mse")
-    ]
-    found = [ratios(errors, other, spp, field) for spp, other, field in columns]
-    names = {"mse": "MSE", "relative_mse": "relMSE"}
-    headings = ["owen_sobol over", *(f"{other}, {spp} spp, {names[field]}" for spp, other, field in columns)]
+    columns = [(spp, other) for spp in dict.fromkeys(e.spp for e in errors) for other in STOCK_SAMPLERS]
+    found = [ratios(errors, other, spp) for spp, other in columns]
+    headings = ["MSE of owen_sobol over that of", *(f"{other}, {spp} spp" for spp, other in columns)]
     scenes = list(dict.fromkeys(e.scene for e in errors))
     lines = [[scene, *(f"{column[k]:.2f}" for column in found)] for k, scene in enumerate(scenes)]
     lines.append(["**geometric mean**", *(f"**{bounds(interval(column))}**" for column in found)])
