@@ -3,9 +3,12 @@
 import os
 
 import pytest
+from hypothesis import settings
 
 import tracer
 
+settings.register_profile("same_every_time", derandomize=True)
+settings.load_profile("same_every_time")
 tracer.activate("llvm_ad_rgb")
 
 import mitsuba as mi  # noqa: E402

@@ -32,7 +32,7 @@ def test_passes_are_even(left, size):
     taken = even_pass(left, size)
     assert 1 <= taken <= min(left, PASS_SIZES[-1])
     assert taken <= 1.5 * size
-    assert taken >= min(left, 0.6 * size)
+    assert taken >= min(left, 0.5 * size)
 
 
 @pytest.mark.parametrize(("rate", "size"), [(1e4, 0), (1e6, 0), (2e6, 1), (1e8, 2)])
