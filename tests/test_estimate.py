@@ -179,8 +179,13 @@ def test_parts_merge_into_the_whole(cornell, filter_name):
 
 
 def test_sums_of_another_view_are_refused(cornell):
-    with open_scene(cornell()) as view, open_scene(cornell(size=(4, 4))) as other:
-        for state in (Estimate(other).state(), Estimate(view).state()[:-1], [*Estimate(view).state(), np.zeros(1)]):
+    with (
+        open_scene(cornell()) as view,
+        open_scene(cornell(size=(4, 4))) as other,
+        open_scene(cornell((16, 24))) as high,
+    ):
+        own, others, turned = (Estimate(each).state() for each in (view, other, high))
+        for state in (others, turned, own[:-1], [*own, np.zeros(1)]):
             with pytest.raises(ValueError, match="another view"):
                 Estimate(view).restore(state)
 

@@ -73,15 +73,21 @@ class Estimate:
 
     def state(self) -> list[NDArray]:
         """Return all sums as NumPy arrays, for another process to ``restore``."""
-        return [np.array(array.numpy()) for band in self.bands for array in leaves(band.sums)]
+        return [self.layout, *(np.array(array.numpy()) for band in self.bands for array in leaves(band.sums))]
 
     def restore(self, state: list[NDArray]) -> None:
         """Take over the sums of another process. Raises ValueError if they are of another view."""
-        arrays = iter(state)
+        expected = [self.layout, *(leaf for band in self.bands for leaf in leaves(band.sums))]
+        if [len(array) for array in state] != [len(array) for array in expected] or np.any(state[0] != self.layout):
+            raise ValueError("these sums are of another view")
+        arrays = iter(state[1:])
         for band in self.bands:
             band.sums = [rebuilt(tree, arrays) for tree in band.sums]
-        if next(arrays, None) is not None:
-            raise ValueError("these sums are of another view")
+
+    @property
+    def layout(self) -> NDArray[np.int64]:
+        """Height and width of the grid, number of channels, reach of the filter: what sums must share to be merged."""
+        return np.array([*self.view.grid, len(self.view.channels), self.reach])
 
     def whole(self, name: str, *index: int) -> Any:
         """Return the sums ``name`` of all bands as one array; ``index`` picks from nested lists."""
@@ -191,10 +197,7 @@ def rebuilt(tree: Tree, arrays: Iterator[NDArray]) -> Tree:
     """Return nested lists of the shape of ``tree`` from the next ``arrays``."""
     if isinstance(tree, list):
         return [rebuilt(entry, arrays) for entry in tree]
-    array = next(arrays, None)
-    if array is None or len(array) != dr.width(tree):
-        raise ValueError("these sums are of another view")
-    return type(tree)(array)
+    return type(tree)(next(arrays))
 
 
 def to_host(array: Any, shape: tuple[int, int]) -> NDArray:
