@@ -72,3 +72,10 @@ def test_entropy_of_rays_needs_no_histogram(ids):
 def test_negative_counts_are_refused():
     with pytest.raises(ValueError, match="negative"):
         complexity.entropy([1, -1])
+
+
+def test_viewpoint_complexity_of_rays_is_that_of_their_areas():
+    ids = np.array([3, 3, 3, 5, 0, 0, 7, 7])  # 0: a miss
+    multiplicity = np.array([np.sum(ids == each) for each in ids])
+    expected = complexity.viewpoint_complexity([3, 1, 2, 0, 0], surfaces=5, image_area=8)
+    assert complexity.ray_viewpoint(multiplicity, ids != 0, 5) == pytest.approx(float(expected))

@@ -73,6 +73,13 @@ def ray_entropy(multiplicity: ArrayLike) -> Floats:
     return -np.log2(shares(multiplicity)).mean(axis=-1) + 0.0
 
 
+def ray_viewpoint(multiplicity: ArrayLike, hit: ArrayLike, surfaces: int) -> Floats:
+    """Return C(V) as ``viewpoint_complexity`` with K rays (..., K) as image; ``hit``: which of them see a surface."""
+    hit = np.asarray(hit, bool)
+    visible = np.rint(np.where(hit, 1.0 / np.asarray(multiplicity, np.float64), 0.0).sum(axis=-1))
+    return visible / max(surfaces, 1) + hit.mean(axis=-1)
+
+
 def ray_gini(multiplicity: ArrayLike) -> Floats:
     """Return the Gini-Simpson index of what K rays hit, 1 - (1/K) sum_j m_j / K; see ``shares``."""
     return 1.0 - shares(multiplicity).mean(axis=-1)

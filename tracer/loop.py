@@ -122,7 +122,7 @@ class Rendering:
         return self.develop(complexity)
 
     def start_over(self) -> None:
-        """Forget all samples drawn so far, and draw others from here on."""
+        """Put aside all samples drawn so far, and draw others from here on."""
         self.seed ^= HELD_OUT_KEY
         self.held_out, self.estimate = self.estimate, Estimate(self.view)
         self.drawn = np.zeros(self.view.grid, np.uint32)

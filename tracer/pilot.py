@@ -23,6 +23,8 @@ from tracer.scene import View
 Floats = NDArray[np.float64]
 PILOT_KEY = 0x9170
 """Keeps pilot rays apart from the samples that make the picture, of whatever seed."""
+MOST_RAYS = 1 << 22
+"""Pilot rays traced at once, unless a row of blocks has more."""
 
 
 @dataclass(frozen=True)
@@ -73,19 +75,16 @@ def measure_rows(
     same_shape = np.asarray(multiplicity(shape, per_block).numpy()).reshape(rows, columns, per_block)
     same_face = np.asarray(multiplicity(face, per_block).numpy()).reshape(rows, columns, per_block)
     hit = (np.asarray(shape.numpy()) != MISS).reshape(rows, columns, per_block)
-    visible = np.rint(np.where(hit, 1.0 / same_shape, 0.0).sum(axis=-1))
     return {
         "shape_entropy": complexity.ray_entropy(same_shape),
         "face_entropy": complexity.ray_entropy(same_face),
         "shape_gini": complexity.ray_gini(same_shape),
         "face_gini": complexity.ray_gini(same_face),
         "distinct": complexity.ray_distinct(same_shape),
-        "viewpoint": visible / max(len(view.scene.shapes()), 1) + hit.mean(axis=-1),
+        "viewpoint": complexity.ray_viewpoint(same_shape, hit, len(view.scene.shapes())),
     }
 
 
-MOST_RAYS = 1 << 22
-"""Pilot rays traced at once, unless a row of blocks has more."""
 MISS = 0
 """Shape ID of a ray that hits nothing; hits never have it."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,8 @@ class Study:
 
     measure: Callable[[Path, int, Sequence[int], int, StepCallback | None], list[Any]]
     markdown: Callable[[Sequence[Any]], str]
-    numbers: Callable[[Sequence[Any]], dict[str, object]]
+    unit: str
+    """What one measurement is, in the plural: its name in the file of numbers."""
     size: int
     """Width in pixels unless another is asked for."""
     several_spp: bool
@@ -33,7 +34,7 @@ STUDIES = {
     "overhead": Study(
         overhead.measure,
         overhead.markdown,
-        overhead.numbers,
+        "timings",
         size=512,
         several_spp=False,
         conditions="{size} x {size} pixels, {spp} spp, {repetitions} repetitions, means in seconds",
@@ -41,7 +42,7 @@ STUDIES = {
     "samplers": Study(
         samplers.measure,
         samplers.markdown,
-        samplers.numbers,
+        "errors",
         size=256,
         several_spp=True,
         conditions="{size} pixels wide, {repetitions} seeds from 0",
@@ -91,5 +92,6 @@ def run_study(
     for scene in scenes:
         measured += study.measure(scene, size, spps, repetitions, progress)
         table = study.markdown(measured)
-        write_record(output, name, study.numbers(measured), table, conditions)
+        numbers = {study.unit: [asdict(one) for one in measured]}
+        write_record(output, name, numbers, table, conditions)
     return table

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -123,8 +123,3 @@ def markdown(timings: Sequence[Timing]) -> str:
         ratios = [timing.sampler_throughput, timing.uniform_throughput, timing.idle_share]
         lines.append([timing.scene, *(f"{interval(s).mean:.2f}" for s in seconds), *(bounds(r, 3) for r in ratios)])
     return markdown_table(HEADINGS, lines)
-
-
-def numbers(timings: Sequence[Timing]) -> dict[str, object]:
-    """Return all timings as plain values."""
-    return {"timings": [asdict(timing) for timing in timings]}

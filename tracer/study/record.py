@@ -44,5 +44,5 @@ def finite(value: Any) -> Any:
 
 def markdown_table(headings: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
     """Return a Markdown table."""
-    rows = [headings, ["---"] * len(headings), *lines]
-    return "\n".join("| " + " | ".join(row) + " |" for row in rows) + "\n"
+    head, *rows = ("| " + " | ".join(cells) + " |" for cells in (headings, *lines))
+    return "\n".join([head, "|" + "---|" * len(headings), *rows]) + "\n"

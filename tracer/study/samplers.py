@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -80,8 +80,3 @@ def markdown(errors: Sequence[Error]) -> str:
     lines = [[scene, *(f"{column[k]:.2f}" for column in found)] for k, scene in enumerate(scenes)]
     lines.append(["**geometric mean**", *(f"**{bounds(interval(column))}**" for column in found)])
     return markdown_table(headings, lines)
-
-
-def numbers(errors: Sequence[Error]) -> dict[str, object]:
-    """Return all errors as plain values."""
-    return {"errors": [asdict(error) for error in errors]}

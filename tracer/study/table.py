@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tracer.study.compare import BASELINE, Interval, Measurement, interval
+from tracer.study.record import markdown_table
 
 
 @dataclass(frozen=True)
@@ -108,11 +109,8 @@ def bounds(value: Interval, digits: int = 2) -> str:
 
 def markdown(table: Sequence[Row]) -> str:
     """Return the gains by scene, their means, and the whole table as Markdown."""
-    lines = ["| " + " | ".join(HEADINGS) + " |", "|" + "---|" * len(HEADINGS)]
-    lines += ["| " + " | ".join(cells(row)) + " |" for row in table]
-    return "\n\n".join(
-        [*(markdown_gains(table, spp) for spp in dict.fromkeys(row.spp for row in table)), "\n".join(lines)]
-    )
+    gains = [markdown_gains(table, spp) for spp in dict.fromkeys(row.spp for row in table)]
+    return "\n".join([*gains, markdown_table(HEADINGS, [cells(row) for row in table])])
 
 
 def markdown_gains(table: Sequence[Row], spp: int) -> str:
@@ -121,13 +119,9 @@ def markdown_gains(table: Sequence[Row], spp: int) -> str:
     methods = [method for method in dict.fromkeys(row.method for row in table) if method != BASELINE]
     found = {(row.scene, row.method): row.gain_samples for row in table}
     scenes = list(dict.fromkeys(row.scene for row in table))
-    lines = [f"| {spp} spp, relMSE of uniform over that of | " + " | ".join(methods) + " |"]
-    lines.append("|---|" + "---|" * len(methods))
-    lines += [
-        f"| {scene} | " + " | ".join(bounds(found[scene, method]) for method in methods) + " |" for scene in scenes
-    ]
+    lines = [[scene, *(bounds(found[scene, method]) for method in methods)] for scene in scenes]
     means = {method: (samples, seconds) for _, method, samples, seconds in overall(table)}
     for caption, which in (("equal samples", 0), ("equal time", 1)):
-        values = " | ".join(f"**{bounds(means[method][which])}**" for method in methods)
-        lines.append(f"| **geometric mean, {caption}** | {values} |")
-    return "\n".join(lines)
+        values = (f"**{bounds(means[method][which])}**" for method in methods)
+        lines.append([f"**geometric mean, {caption}**", *values])
+    return markdown_table([f"{spp} spp, relMSE of uniform over that of", *methods], lines)
