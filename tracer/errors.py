@@ -27,3 +27,9 @@ class OutputError(TracerError):
 
 class BudgetError(TracerError):
     """Bounds on the samples per pixel that no allocation can meet."""
+
+
+class StudyError(TracerError):
+    """A study in which something could not be measured; the rest was."""
+
+    exit_code = 1

@@ -133,16 +133,37 @@ def write_with_openimageio(path: Path, specification: Any, values: NDArray) -> N
 
 def read_exr(path: Path) -> tuple[list[str], NDArray[np.float32], dict[str, Any]]:
     """Return channel names, values (H, W, N) and our metadata of an image file. Raises OutputError if unreadable."""
+    with opened(path) as source:
+        specification = source.spec()
+        values = source.read_image("float")
+        if values is None:
+            raise OutputError(f"Cannot read '{path}': {source.geterror()}.")
+        own = own_attributes(specification)
+    values = np.asarray(values).reshape(specification.height, specification.width, -1)
+    return list(specification.channelnames), values, own
+
+
+def read_metadata(path: Path) -> dict[str, Any]:
+    """Return our metadata of an image file, without reading its pixels. Raises OutputError if unreadable."""
+    with opened(path) as source:
+        return own_attributes(source.spec())
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[Any]:
+    """Yield an image file opened by OpenImageIO. Raises OutputError."""
     import OpenImageIO as oiio
 
     source = oiio.ImageInput.open(str(path))
     if source is None:
         raise OutputError(f"Cannot read '{path}': {oiio.geterror()}.")
     try:
-        specification = source.spec()
-        values = np.asarray(source.read_image("float"))
-        attributes = {item.name: item.value for item in specification.extra_attribs}
+        yield source
     finally:
         source.close()
-    own = {name.removeprefix("tracer:"): value for name, value in attributes.items() if name.startswith("tracer:")}
-    return list(specification.channelnames), values.reshape(specification.height, specification.width, -1), own
+
+
+def own_attributes(specification: Any) -> dict[str, Any]:
+    """Return the attributes that we wrote, without their prefix."""
+    attributes = {item.name: item.value for item in specification.extra_attribs}
+    return {name.removeprefix("tracer:"): value for name, value in attributes.items() if name.startswith("tracer:")}

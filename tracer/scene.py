@@ -99,15 +99,18 @@ class View:
             return image[..., 1]
         return luminance(image[..., : self.colour_channels])
 
+    def rgb(self, image: NDArray) -> NDArray:
+        """Return the colours (H, W, 3) of an image (H, W, C) in the film's channels, as linear sRGB."""
+        colour = image[..., : self.colour_channels]
+        if self.channels[0] == "X":
+            return np.array(mi.xyz_to_srgb(mi.Color3f(colour.reshape(-1, 3).T))).T.reshape(colour.shape)
+        return colour.repeat(3, axis=-1) if self.colour_channels == 1 else colour
+
     def fill_film(self, image: Any) -> None:
         """Leave ``image`` (H, W, C) in the film, where ``film.develop()`` and ``film.write()`` look for it."""
         names = list(self.integrator.aov_names())
         self.film.prepare(names)
-        colour = image[..., : self.colour_channels]
-        if self.channels[0] == "X":
-            colour = np.array(mi.xyz_to_srgb(mi.Color3f(colour.reshape(-1, 3).T))).T.reshape(colour.shape)
-        elif self.colour_channels == 1:
-            colour = colour.repeat(3, axis=-1)
+        colour = self.rgb(image)
         after = image[..., self.colour_channels :]
         alpha, aovs = after[..., : after.shape[-1] - len(names)], after[..., after.shape[-1] - len(names) :]
         parts = [colour, alpha, np.ones_like(image[..., :1]), aovs]

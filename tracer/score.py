@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -10,10 +12,40 @@ from tracer.objective import EPSILON
 Floats = NDArray[np.float64]
 LUMINANCE = np.array([0.212671, 0.715160, 0.072169])
 """Weights of linear sRGB in luminance, those of ``mi.luminance``."""
-
-
 SSIM_WINDOW = 7
 """Pixels a side of scikit-image's default window."""
+TRIMMED = 0.001
+"""Share of the pixels, those with the largest errors, that the trimmed mean leaves out."""
+
+
+@dataclass(frozen=True)
+class Scores:
+    """All errors of one picture."""
+
+    mse: float
+    relative_mse: float
+    relative_mse_trimmed: float
+    psnr: float
+    """dB, as a screen shows both."""
+    ssim: float
+    """As a screen shows both; 1 for the same picture."""
+    flip: float
+    """Mean HDR-FLIP (Andersson et al. 2021); the reference alone chooses the exposures."""
+    bias: float
+    """Mean signed error of the luminance over the mean luminance of the reference."""
+
+
+def all_scores(image: ArrayLike, reference: ArrayLike) -> Scores:
+    """Return every error of ``image``, both (H, W, 3) in linear sRGB. Raises ValueError for pictures of other sizes."""
+    return Scores(
+        mse(image, reference),
+        relative_mse(image, reference),
+        relative_mse_trimmed(image, reference),
+        psnr(image, reference),
+        ssim(image, reference),
+        flip(image, reference),
+        bias(image, reference),
+    )
 
 
 def luminance(image: ArrayLike) -> Floats:
@@ -31,8 +63,36 @@ def mse(image: ArrayLike, reference: ArrayLike) -> float:
 def relative_mse(image: ArrayLike, reference: ArrayLike, epsilon: float = EPSILON) -> float:
     """Return the mean of the squared error over the reference's squared luminance plus ``epsilon``."""
     image, reference = same_shape(image, reference)
-    scale = luminance(reference) ** 2 + epsilon
-    return float(np.mean((image - reference) ** 2 / scale[..., None]))
+    return float(np.mean((image - reference) ** 2 / relative_scale(reference, epsilon)[..., None]))
+
+
+def relative_scale(reference: ArrayLike, epsilon: float = EPSILON) -> Floats:
+    """Return what a squared error is divided by, (H, W): the squared luminance plus ``epsilon``."""
+    return luminance(reference) ** 2 + epsilon
+
+
+def relative_mse_trimmed(image: ArrayLike, reference: ArrayLike, share: float = TRIMMED) -> float:
+    """Return the same without the ``share`` of the pixels (at least one) that err most: fireflies decide it no more."""
+    image, reference = same_shape(image, reference)
+    errors = ((image - reference) ** 2).mean(axis=-1) / relative_scale(reference)
+    kept = errors.size - max(1, round(share * errors.size))
+    return float(np.partition(errors.ravel(), kept - 1)[:kept].mean()) if kept > 0 else float(errors.mean())
+
+
+def bias(image: ArrayLike, reference: ArrayLike) -> float:
+    """Return the mean signed error of the luminance as a part of the reference's mean luminance."""
+    image, reference = same_shape(image, reference)
+    mean = float(luminance(reference).mean())
+    return float(luminance(image - reference).mean()) / mean if mean else 0.0
+
+
+def flip(image: ArrayLike, reference: ArrayLike) -> float:
+    """Return the mean HDR-FLIP error, 0 to 1, at the authors' 67 pixels per degree and exposures from the reference."""
+    import flip_evaluator
+
+    image, reference = same_shape(image, reference)
+    positive = (np.maximum(values, 0.0).astype(np.float32) for values in (reference, image))
+    return float(flip_evaluator.evaluate(*positive, "HDR", applyMagma=False)[1])
 
 
 def psnr(image: ArrayLike, reference: ArrayLike) -> float:

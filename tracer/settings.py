@@ -126,11 +126,16 @@ def check_settings(**values: Any) -> None:
     make_settings(**values)
 
 
-def explain(detail: Any) -> str:
-    """Return one of pydantic's complaints as a clause that names the setting, the rule and the value."""
+def explain(detail: Any, fields: list[str] | None = None) -> str:
+    """Return one of pydantic's complaints as a clause that names the setting, the rule and the value.
+
+    ``fields``: the names that exist, those of Settings unless given.
+    """
     name = ".".join(str(part) for part in detail["loc"])
+    if detail["type"] == "missing":
+        return f"the setting '{name}' is missing"
     if detail["type"] == "extra_forbidden":
-        hint = nearest(name, list(Settings.model_fields))
+        hint = nearest(name, list(Settings.model_fields) if fields is None else fields)
         return f"there is no setting '{name}'" + (f", did you mean '{hint}'?" if hint else "")
     message = detail["msg"].removeprefix("Value error, ")
     if detail["type"] == "value_error":

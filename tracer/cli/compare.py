@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import tempfile
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from tracer.cli import options
+
+REFERENCE_FACTOR = 64
+"""A reference takes at most this many times the samples of the largest budget, unless told."""
 
 
 def compare(
@@ -22,36 +26,45 @@ def compare(
     integrator: options.Integrator = None,
     sensor: options.Sensor = 0,
     size: options.Width = None,
-    reference_spp: Annotated[int | None, typer.Option(help="Samples per pixel of the reference. [64 x spp]")] = None,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Folder for tables and pictures.")] = None,
+    reference_spp: Annotated[
+        int | None, typer.Option(help="Most samples per pixel of the reference. [64 x spp]")
+    ] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Folder for page, tables and numbers.")] = None,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
     """Measure adaptive against uniform sampling and plain mi.render, by a high-spp reference that is kept for later.
 
+    The same as a study of these scenes, see tracer study.
+
     Example: tracer compare scene.xml --spp 16 64
     """
-    from tracer import files
-    from tracer.cli.show import comparison_table
-    from tracer.study.run import Comparison, run_comparison
+    from tracer.study.origin import Origin
+    from tracer.study.plan import make_plan
 
-    comparison = Comparison(
-        spps=spp or [64],
-        seeds=seeds,
-        first_seed=first_seed,
-        criteria=criterion or ["fused"],
-        objective=objective,
-        integrator=integrator,
-        sensor=sensor,
-        size=size,
-        reference_spp=reference_spp,
+    spps = spp or [64]
+    place = {"sensor": sensor} | ({"integrator": integrator} if integrator else {})
+    criteria = list(dict.fromkeys(["uniform", *(criterion or ["fused"])]))
+    plan = make_plan(
+        {
+            "name": "compare",
+            "size": size,
+            "spp": spps,
+            "seeds": seeds,
+            "first_seed": first_seed,
+            "reference_spp": reference_spp or REFERENCE_FACTOR * max(*spps, 1),
+            "scenes": [{"path": str(scene), **place} for scene in scenes],
+            "methods": [
+                *({"name": name, "criterion": name, "objective": objective} for name in criteria),
+                *({"name": f"mi.render {name}", "sampler": name} for name in ("independent", "multijitter")),
+            ],
+        },
+        Origin("compare"),
     )
-    comparison.check(scenes)
-    if output is not None:
-        files.prepare_folder(output, overwrite, comparison.files(scenes))
-    from tracer.cli.progress import steps
+    from tracer.cli.study import measure
 
-    with steps(quiet) as progress:
-        table = run_comparison(comparison, scenes, output, progress)
-    if not quiet:
-        comparison_table(table)
+    if output is not None:
+        measure(plan, output, overwrite, quiet)
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        measure(plan, Path(folder), overwrite, quiet)

@@ -27,11 +27,11 @@ def demo(
         files.check_output(path, overwrite, (path.suffix,))
 
     from tracer.cli.progress import steps
-    from tracer.cli.show import comparison_table
-    from tracer.study.demo import run_demo
+    from tracer.cli.show import simple_table
+    from tracer.study.demo import HEADINGS, run_demo
 
     with steps(quiet) as progress:
-        rows = run_demo(picture, table, progress)
+        lines = run_demo(picture, table, progress)
     if not quiet:
-        comparison_table(rows)
+        simple_table(HEADINGS, [line.cells() for line in lines])
         typer.echo(f"Picture: {picture}\nTable:   {table}")

@@ -9,30 +9,43 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from tracer.study.compare import BASELINE
-from tracer.study.table import HEADINGS, Row, bounds, cells, overall
+from tracer.study.results import Results
+from tracer.study.tables import CLOSE_MARK, HEADINGS, bounds, cells
 
-OWN_COLUMNS = 2
-"""Scene and spp head a table of their own instead of being columns."""
+SHOWN = ("method", "relMSE", "SSIM", "FLIP", "seconds", "gain, samples", "gain, time")
+"""Columns; the others are in the files."""
 
 
-def comparison_table(table: Sequence[Row]) -> None:
-    """Print a table for each scene and budget, and the means over scenes if there are several."""
+def simple_table(headings: Sequence[str], lines: Sequence[Sequence[str]], title: str | None = None) -> None:
+    """Print a table without frame; columns of gains may wrap, the others may not."""
+    shown = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    for heading in headings:
+        is_gain = heading.startswith("gain")
+        shown.add_column(heading, no_wrap=not is_gain, min_width=7 if is_gain else None)
+    for line in lines:
+        shown.add_row(*line)
+    Console().print(shown)
+
+
+def study_tables(results: Results) -> None:
+    """Print a table for each scene and budget, the means over scenes if there are several, and what failed."""
+    rows, means = results.tables()
+    columns = [HEADINGS.index(name) for name in SHOWN]
+    for (scene, budget), group in itertools.groupby(rows, key=lambda row: (row.scene, row.budget)):
+        lines = [[cells(row)[column] for column in columns] for row in group]
+        simple_table(SHOWN, lines, f"{scene}, {budget}")
+    baseline = results.plan.compared_with
     console = Console()
-    for (scene, spp), group in itertools.groupby(table, key=lambda row: (row.scene, row.spp)):
-        shown = Table(
-            title=f"{scene}, {spp} spp", title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0)
-        )
-        for heading in HEADINGS[OWN_COLUMNS:]:
-            is_gain = heading.startswith("gain")
-            shown.add_column(heading, no_wrap=not is_gain, min_width=7 if is_gain else None)
-        for row in group:
-            shown.add_row(*cells(row)[OWN_COLUMNS:])
-        console.print(shown)
-    console.print("gain: relMSE of uniform over that of the method, with its 95 % interval over seeds")
-    if len({row.scene for row in table}) > 1:
-        means = Table("spp", "method", "gain, samples", "gain, time", title="geometric mean over scenes")
-        for spp, method, samples, seconds in overall(table):
-            if method != BASELINE:
-                means.add_row(str(spp), method, bounds(samples), bounds(seconds))
-        console.print(means)
+    console.print(f"gain: relMSE of {baseline} over that of the method, with its 95 % interval over seeds")
+    if any(row.too_close for row in rows):
+        console.print(f"{CLOSE_MARK} less than ten times the error of the reference; a larger reference_spp helps")
+    if len({row.scene for row in rows}) > 1:
+        lines = [
+            [one.budget, one.method, bounds(one.gain_samples), bounds(one.gain_time), f"{one.worst:.2f}"]
+            for one in means
+            if one.method != baseline
+        ]
+        headings = ("budget", "method", "gain, samples", "gain, time", "worst")
+        simple_table(headings, lines, "geometric mean over scenes")
+    for one in results.failures:
+        console.print(f"failed: {one.scene}, {one.method}, {one.budget}, seed {one.seed}: {one.message}")

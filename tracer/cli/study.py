@@ -3,38 +3,50 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from tracer.cli import options
+from tracer.errors import StudyError
+
+if TYPE_CHECKING:
+    from tracer.study.plan import Plan
 
 
 def study(
-    name: Annotated[str, typer.Argument(help="overhead or samplers.", show_default=False)],
-    scenes: Annotated[list[Path], typer.Argument(help="Mitsuba scene files (XML).", show_default=False)],
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the table and all numbers.")],
-    spp: Annotated[list[int] | None, typer.Option(help="Samples per pixel; several may follow. [64]")] = None,
-    size: Annotated[int | None, typer.Option(help="Width in pixels. [overhead: 512, square; samplers: 256]")] = None,
-    seeds: Annotated[int, typer.Option(help="How many seeds, or repetitions of every timing.", min=2)] = 5,
+    plan: Annotated[str, typer.Argument(help="TOML file, or smoke, standard or public.", show_default=False)],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for page, tables and numbers.")],
+    folder: Annotated[
+        Path | None, typer.Argument(help="Where its scenes are. [beside the TOML file]", show_default=False)
+    ] = None,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
-    """Measure what our samples are worth and what they cost, beside plain mi.render, over several scenes.
+    """Measure scenes x methods x budgets x seeds against references, and write a page that shows it.
 
-    overhead: seconds of mi.render, of a constant map and of an adaptive one.
-    samplers: error of a uniform picture by owen_sobol and by Mitsuba's samplers.
+    Stopped and started again it goes on where it was; a changed plan renders only what is new.
 
-    Example: tracer study overhead scene.xml -o results
+    Example: tracer study smoke -o results
     """
-    from tracer.study.named import find_study, prepare, run_study
+    from tracer.study.named import find_plan
 
-    spps = spp or [64]
-    find_study(name, spps)
-    prepare(name, scenes, size, output, overwrite)
+    measure(find_plan(plan, folder), output, overwrite, quiet)
+
+
+def measure(plan: Plan, output: Path, overwrite: bool, quiet: bool) -> None:
+    """Run a plan, showing progress, and print its tables. Raises StudyError if anything failed."""
     from tracer.cli.progress import steps
+    from tracer.cli.show import study_tables
+    from tracer.study.run import run_study
 
     with steps(quiet) as progress:
-        table = run_study(name, scenes, output, spps, seeds, size, progress)
+        results = run_study(plan, output, progress, overwrite)
     if not quiet:
-        typer.echo(table)
+        study_tables(results)
+    if results.failures:
+        first = results.failures[0]
+        raise StudyError(
+            f"{len(results.failures)} of {len(results.failures) + len(results.measurements)} cells failed, first "
+            f"{first.method} on {first.scene}: {first.message.rstrip('.')}; run the same command to try them again."
+        )

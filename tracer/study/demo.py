@@ -2,22 +2,42 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from importlib.resources import as_file, files
 from pathlib import Path
 
 from tracer import backend
 from tracer.files import write_text
 from tracer.loop import ProgressCallback, render
-from tracer.study.compare import BASELINE, judge
+from tracer.score import Scores, all_scores
+from tracer.study.methods import Setting
 from tracer.study.picture import Panel, relative_error, write_panels
-from tracer.study.run import Comparison, StepCallback, make_reference
-from tracer.study.table import Row, markdown, rows
+from tracer.study.reference import make_reference
+from tracer.study.run import StepCallback
+from tracer.study.tables import markdown_table
 
 SCENE = "spheres_and_rods"
 CRITERION = "fused"
 SPP = 64
-REFERENCE_SPP = 1024
+REFERENCE_SPP = 2048
 WARM_UP_SPP = 4
+HEADINGS = ("method", "relMSE", "PSNR", "SSIM", "FLIP", "samples", "seconds")
+
+
+@dataclass(frozen=True)
+class Line:
+    """One method."""
+
+    method: str
+    scores: Scores
+    samples: int
+    seconds: float
+
+    def cells(self) -> list[str]:
+        """Return it as text, a cell a heading."""
+        scores, samples = self.scores, f"{self.samples / 1e6:.2f} M"
+        shown = [f"{scores.relative_mse:.3g}", f"{scores.psnr:.2f}", f"{scores.ssim:.4f}", f"{scores.flip:.4f}"]
+        return [self.method, *shown, samples, f"{self.seconds:.2f}"]
 
 
 def told(method: str, progress: StepCallback | None) -> ProgressCallback | None:
@@ -25,32 +45,35 @@ def told(method: str, progress: StepCallback | None) -> ProgressCallback | None:
     return progress and (lambda now: progress(f"{SCENE}: {method}", now.done, now.total))
 
 
-def run_demo(picture: Path, table: Path, progress: StepCallback | None = None) -> list[Row]:
+def run_demo(picture: Path, table: Path, progress: StepCallback | None = None) -> list[Line]:
     """Write ``picture`` and ``table`` and return the table. Raises KeyboardInterrupt if ``progress`` stops it."""
     backend.activate()
     with as_file(files("tracer.scenes") / f"{SCENE}.xml") as scene:
-        truth = make_reference(Comparison(reference_spp=REFERENCE_SPP), scene, SCENE, progress)
+
+        def referring(done: int, total: int) -> bool | None:
+            return progress(f"{SCENE}: reference", done, total) if progress else None
+
+        truth = make_reference(Setting(scene), REFERENCE_SPP, referring).image
         results = {}
-        for method in (BASELINE, CRITERION):
+        for method in ("uniform", CRITERION):
             render(scene, spp=WARM_UP_SPP, criterion=method)  # compiles the kernels, which is not what is compared
             results[method] = render(scene, spp=SPP, criterion=method, progress=told(method, progress))
             if not results[method].report.complete:
                 raise KeyboardInterrupt
-    measurements = [
-        judge(SCENE, method, SPP, 0, result.image, truth.image, int(result.samples.sum()), result.seconds)
+    lines = [
+        Line(method, all_scores(result.image, truth), int(result.samples.sum()), result.seconds)
         for method, result in results.items()
     ]
-    uniform, adaptive = results[BASELINE], results[CRITERION]
-    errors = {method: relative_error(result.image, truth.image) for method, result in results.items()}
-    top = float(sorted(errors[BASELINE].ravel())[int(0.99 * errors[BASELINE].size)])
+    uniform, adaptive = results.values()
+    errors = [relative_error(result.image, truth) for result in results.values()]
+    top = float(sorted(errors[0].ravel())[int(0.99 * errors[0].size)])
     panels: list[Panel] = [
         (f"uniform, {SPP} samples per pixel", uniform.image, False),
         (f"adaptive, {SPP} samples per pixel on average", adaptive.image, False),
         ("samples per pixel", adaptive.samples, True),
-        (f"relative error, uniform: relMSE {measurements[0].relative_mse:.2e}", errors[BASELINE], False),
-        (f"relative error, adaptive: relMSE {measurements[1].relative_mse:.2e}", errors[CRITERION], False),
+        (f"relative error, uniform: relMSE {lines[0].scores.relative_mse:.2e}", errors[0], False),
+        (f"relative error, adaptive: relMSE {lines[1].scores.relative_mse:.2e}", errors[1], False),
     ]
     write_panels(picture, panels, SCENE, top)
-    summary = rows(measurements)
-    write_text(table, markdown(summary))
-    return summary
+    write_text(table, markdown_table(HEADINGS, [line.cells() for line in lines]))
+    return lines

@@ -1,38 +1,100 @@
-"""Reference pictures, kept by content: what the scene consists of and every setting that changes the picture."""
+"""Reference pictures: two independent halves, one by plain ``mi.render``, one by our loop with a constant map.
+
+Neither is rendered by a method that decides anything, and they share nothing but the scene: another sampler, other
+seeds, another estimator. Half their squared difference, halved again, is the squared error of their mean, measured and
+not assumed. They are kept by content: what the scene consists of and every setting that changes the picture.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import os
+from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 
-from tracer import files
-from tracer.loop import ProgressCallback, render
-from tracer.metadata import metadata, version
-from tracer.scene import Size
+from tracer import score
+from tracer.errors import SceneError
+from tracer.loop import Rendering
+from tracer.scene import View
+from tracer.settings import make_settings
 from tracer.source import fingerprint
+from tracer.study.halves import Half
+from tracer.study.methods import Setting, open_stock
 
-SEED = 1000003
+FORMAT = 1
+"""Changed when kept halves must not be used any more."""
+FIRST_SEED = 1000003
 """Far from the seeds that are measured."""
-FACTOR = 64
-"""A reference takes this many times the samples of the largest budget measured against it."""
+CHUNK_SAMPLES = 2**24
+"""Most samples of a chunk."""
+LEAST_CHUNKS = 4
+"""Of each half, so that the spread between them says something."""
+FALSE_ALARM = 1e-3
+"""Probability that two halves of the same expectation are said to disagree."""
+
+Floats = NDArray[np.float64]
+ReferenceCallback = Callable[[int, int], bool | None]
+"""Called with samples per pixel done and wanted; return False to stop."""
 
 
 @dataclass(frozen=True)
 class Reference:
     """A picture close enough to the truth to measure others by."""
 
-    image: NDArray[np.float32]
-    """(H, W, C)."""
-    stderr: NDArray[np.float32]
-    """(H, W, C): its own standard error, as estimated."""
-    spp: int
+    by_mitsuba: Half
+    by_tracer: Half
+
+    @property
+    def image(self) -> Floats:
+        """(H, W, 3), linear sRGB: the mean of the halves."""
+        return (self.by_mitsuba.mean + self.by_tracer.mean) / 2
+
+    @property
+    def spp(self) -> int:
+        """Samples per pixel of both halves together."""
+        return self.by_mitsuba.spp + self.by_tracer.spp
+
+    @property
+    def variance(self) -> Floats:
+        """(H, W, 3): variance of one sample of a pixel."""
+        return self.by_tracer.variance
+
+    @property
+    def squared_error(self) -> Floats:
+        """(H, W, 3): an unbiased, noisy estimate of the squared error of ``image``."""
+        return (self.by_mitsuba.mean - self.by_tracer.mean) ** 2 / 4
+
+    @property
+    def mse(self) -> float:
+        """Mean squared error of ``image``."""
+        return float(self.squared_error.mean())
+
+    @property
+    def relative_mse(self) -> float:
+        """The same, relative as in ``score.relative_mse``."""
+        return float((self.squared_error / score.relative_scale(self.image)[..., None]).mean())
+
+    @property
+    def disagreement(self) -> float:
+        """Least p-value over parts of the picture of Welch's t-test between the halves, corrected for their number.
+
+        Below FALSE_ALARM the halves do not show the same picture (Sidak's correction).
+        """
+        p = stats.ttest_ind(self.by_mitsuba.tiles, self.by_tracer.tiles, equal_var=False).pvalue
+        p = np.where(np.isfinite(p), p, 1.0)  # a part without any noise
+        return float(-np.expm1(p.size * np.log1p(-min(p.min(), 1 - 1e-16))))
+
+    @property
+    def halves_agree(self) -> bool:
+        """Whether the halves show the same picture."""
+        return self.disagreement >= FALSE_ALARM
 
 
 def cache_folder() -> Path:
@@ -41,35 +103,64 @@ def cache_folder() -> Path:
     return Path(os.environ.get("TRACER_CACHE") or Path(home) / "tracer") / "references"
 
 
-def cache_key(source: Any, integrator: str | None, sensor: int, size: Size, spp: int) -> str:
+def cache_key(setting: Setting) -> str:
     """Return the name under which a reference is kept: a hash of scene content, settings and versions."""
-    parts = (fingerprint(source), integrator, sensor, size, spp, SEED, mi.variant(), mi.__version__, version())
-    return hashlib.sha256(repr(parts).encode()).hexdigest()[:24]
+    parts = (fingerprint(setting.source), setting.integrator, setting.sensor, setting.size, FORMAT)
+    versions = (FIRST_SEED, CHUNK_SAMPLES, mi.variant(), mi.__version__)
+    return hashlib.sha256(repr((parts, versions)).encode()).hexdigest()[:24]
 
 
-def reference(
-    source: Any,
-    spp: int,
-    *,
-    integrator: str | None = None,
-    sensor: int = 0,
-    size: Size = None,
-    progress: ProgressCallback | None = None,
-) -> Reference:
-    """Return a uniform rendering of ``source`` at ``spp`` samples per pixel, from the cache if it is there.
+def make_reference(setting: Setting, spp: int, progress: ReferenceCallback | None = None) -> Reference:
+    """Return a reference of at least ``spp`` samples per pixel; what is kept from before is added to.
 
-    Raises KeyboardInterrupt if ``progress`` stops it: half a reference is none.
+    Raises KeyboardInterrupt if ``progress`` stops it; the chunks that were finished are kept.
     """
-    path = cache_folder() / f"{cache_key(source, integrator, sensor, size, spp)}.exr"
-    if not path.exists():
-        scene_hash = fingerprint(source)
-        settings: dict[str, Any] = {"spp": spp, "seed": SEED, "criterion": "uniform"}
-        result = render(source, integrator=integrator, sensor=sensor, size=size, progress=progress, **settings)
-        if not result.report.complete:
-            raise KeyboardInterrupt
-        path.parent.mkdir(parents=True, exist_ok=True)
-        files.write_result(path, result, metadata(result, scene_hash))
-    names, values, _ = files.read_exr(path)
-    errors = [k for k, name in enumerate(names) if name.startswith("stderr.")]
-    colours = [k for k, name in enumerate(names) if f"stderr.{name}" in names]
-    return Reference(values[..., colours], values[..., errors], spp)
+    folder = cache_folder() / cache_key(setting)
+    folder.mkdir(parents=True, exist_ok=True)
+    with ExitStack() as stack:
+        view = setting.open(stack)
+        chunk_spp = spp_of_chunk(view.pixel_count)
+        paths = [folder / "mitsuba.npz", folder / "tracer.npz"]
+        halves = [Half.load(path) if path.exists() else Half.empty(chunk_spp, *view.size) for path in paths]
+        wanted = max(LEAST_CHUNKS, -(-spp // (2 * chunk_spp)))
+        renderers: list[Callable[[Half, int], None]] = []
+        while (least := min(half.chunks for half in halves)) < wanted:
+            renderers = renderers or [by_mitsuba(stack, setting), by_tracer(view)]
+            for half, render, path, first_seed in zip(halves, renderers, paths, (0, 10**6), strict=True):
+                if half.chunks == least:
+                    render(half, FIRST_SEED + first_seed + least)
+                    half.save(path)
+                done = sum(min(one.chunks, wanted) for one in halves) * chunk_spp
+                if progress is not None and progress(done, 2 * wanted * chunk_spp) is False:
+                    raise KeyboardInterrupt
+    return Reference(*halves)
+
+
+def spp_of_chunk(pixel_count: int) -> int:
+    """Return samples per pixel of a chunk: a power of four, which stratified samplers like best, at most 1024."""
+    most = max(CHUNK_SAMPLES // pixel_count, 4)
+    return int(min(4 ** ((most.bit_length() - 1) // 2), 1024))
+
+
+def by_mitsuba(stack: ExitStack, setting: Setting) -> Callable[[Half, int], None]:
+    """Return a function that adds a chunk by ``mi.render`` with Mitsuba's best sampler for a known count."""
+    try:
+        method = open_stock(stack, setting, "multijitter")
+    except SceneError:
+        method = open_stock(stack, setting, None)
+    return lambda half, seed: half.add(method(half.chunk_spp, seed).image)
+
+
+def by_tracer(view: View) -> Callable[[Half, int], None]:
+    """Return a function that adds a chunk by our loop with the same number of samples everywhere."""
+
+    def render(half: Half, seed: int) -> None:
+        rendering = Rendering(view, make_settings(spp=half.chunk_spp, seed=seed, criterion="uniform"), None)
+        try:
+            result = rendering.run()
+            variance = rendering.estimate.statistics().variance[view.inner]
+        finally:
+            rendering.draw.close()
+        half.add(view.rgb(result.image), np.maximum(view.rgb(variance), 0.0))
+
+    return render

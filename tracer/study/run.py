@@ -1,186 +1,198 @@
-"""A comparison over scenes: references, measurements, tables and pictures."""
+"""Run a study: check it, then scene by scene render what is missing, make a reference, score, and write everything."""
 
 from __future__ import annotations
 
+import datetime
+import json
+import os
+import shutil
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any
 
+import mitsuba as mi
 import numpy as np
-from numpy.typing import NDArray
 
-from tracer import backend, score
-from tracer.errors import SettingsError
-from tracer.loop import Progress
-from tracer.scene import Size, open_scene
-from tracer.settings import make_settings
-from tracer.study.compare import BASELINE, STOCK_SAMPLERS, Measurement, measure, open_methods
-from tracer.study.picture import Panel, relative_error, write_panels
-from tracer.study.record import record_files, write_record
-from tracer.study.reference import FACTOR, Reference, reference
-from tracer.study.table import Row, markdown, rows
+from tracer import backend, files, score
+from tracer.errors import OutputError, TracerError
+from tracer.load_error import load_error
+from tracer.source import LOAD_ERRORS, load
+from tracer.study import cells, oracle, shoot
+from tracer.study.cells import Cell
+from tracer.study.plan import Plan, Scene
+from tracer.study.reference import Reference, make_reference
+from tracer.study.results import CLOSE, Failure, Measurement, Results, SceneFacts
+from tracer.study.scores import ScoreBook
+from tracer.study.write import RESULT_FILES, write_results
 
 StepCallback = Callable[[str, int, int], bool | None]
 """Called with what is under way and how much of how much is done; return False to stop."""
 
-
-@dataclass(frozen=True)
-class Comparison:
-    """What to compare."""
-
-    spps: list[int] = field(default_factory=lambda: [64])
-    seeds: int = 5
-    first_seed: int = 0
-    criteria: list[str] = field(default_factory=lambda: ["fused"])
-    objective: str = "relative"
-    integrator: str | None = None
-    sensor: int = 0
-    size: int | None = None
-    reference_spp: int | None = None
-
-    def check(self, scenes: Sequence[Path]) -> None:
-        """Raise an error for a setting or scene that cannot be used, before anything is rendered."""
-        for spp in self.spps:
-            for criterion in self.criteria:
-                make_settings(spp=spp, criterion=criterion, objective=self.objective)
-        if self.reference_spp is not None and self.reference_spp <= max(self.spps):
-            raise SettingsError(
-                f"reference_spp ({self.reference_spp}) must be well above the largest spp ({max(self.spps)})."
-            )
-        check_names(scenes)
-        backend.activate()
-        for scene in scenes:
-            with ExitStack() as stack:
-                open_methods(stack, scene, self.criteria, self.integrator, self.sensor, self.size, self.objective)
-                height, width = stack.enter_context(open_scene(scene, self.sensor, self.integrator, self.size)).size
-            if min(height, width) < score.SSIM_WINDOW:
-                raise SettingsError(
-                    f"'{scene}' is {width} x {height} pixels; structural similarity needs at least "
-                    f"{score.SSIM_WINDOW} a side, use a larger --size."
-                )
-
-    def files(self, scenes: Sequence[Path]) -> tuple[str, ...]:
-        """Return the names of the files that the comparison writes."""
-        return (*record_files("compare"), *(f"{scene_name(scene)}.png" for scene in scenes))
-
-    @property
-    def samples_of_reference(self) -> int:
-        """Samples per pixel of the reference."""
-        return self.reference_spp or FACTOR * max(self.spps)
+OBJECTIVE = "relative"
+"""Which error gains and limits are of."""
+MARGIN = 1.2
+"""Samples of a reference beyond those that its error so far asks for."""
 
 
-def check_names(scenes: Sequence[Path]) -> None:
-    """Raise SettingsError if two scenes have one name."""
-    names = [scene_name(scene) for scene in scenes]
-    twice = next((name for name in names if names.count(name) > 1), None)
-    if twice is not None:
-        raise SettingsError(f"Two scenes are named '{twice}'; rename one, results are kept by name.")
+def run_study(plan: Plan, output: Path, progress: StepCallback | None = None, overwrite: bool = False) -> Results:
+    """Measure everything and return it; ``output`` is written anew after every scene.
 
-
-def check_scenes(scenes: Sequence[Path], size: Size = None) -> None:
-    """Raise an error for a scene that does not open, before anything is rendered."""
-    for scene in scenes:
-        with open_scene(scene, size=size):
-            pass
-
-
-def scene_name(path: Path) -> str:
-    """Return what a scene is called: its file, or its folder where the file is just ``scene.xml``."""
-    return path.resolve().parent.name if path.stem == "scene" else path.stem
-
-
-def run_comparison(
-    comparison: Comparison, scenes: Sequence[Path], output: Path | None, progress: StepCallback | None = None
-) -> list[Row]:
-    """Measure every scene and return the table. Into ``output``, if given, after every scene: ``compare.json``,
-    ``compare.md`` and a picture ``SCENE.png``. Raises KeyboardInterrupt if ``progress`` stops it.
+    What is there from an earlier run of the same study is not rendered again, unless ``overwrite``. Raises
+    SettingsError before the first ray, and KeyboardInterrupt if ``progress`` stops it: all finished cells are kept.
     """
-    measurements: list[Measurement] = []
+    backend.activate()
+    scenes = plan.find_scenes()
+    check_study(plan, scenes)
+    prepare_output(plan, output, overwrite)
+    return Study(plan, scenes, output, progress).run()
+
+
+def check_study(plan: Plan, scenes: Sequence[Scene]) -> None:
+    """Raise an error, with its line, for a sampler or scene that cannot be used."""
+    stock = [(k, method) for k, method in enumerate(plan.methods) if method.sampler is not None]
+    for k, method in stock:
+        try:
+            mi.load_dict({"type": method.sampler})
+        except LOAD_ERRORS as error:
+            said = str(load_error(f"sampler '{method.sampler}'", error))
+            raise plan.origin.fault(said, ("methods", k, "sampler"), method.sampler) from None
     for scene in scenes:
-        name = scene_name(scene)
-        truth = make_reference(comparison, scene, name, progress)
-        measured, images = measure_scene(comparison, scene, name, truth, progress)
-        measurements += measured
-        if output is not None:
-            write_tables(output, comparison, measurements)
-            write_picture(output / f"{name}.png", name, comparison, images, truth)
-    return rows(measurements)
+        try:
+            with ExitStack() as stack:
+                if stock:
+                    load(scene.setting.source, sampler=stock[0][1].sampler)
+                height, width = scene.setting.open(stack).size
+        except TracerError as error:
+            raise plan.origin.fault(str(error), culprit(plan, scene, error)) from None
+        if min(height, width) < score.SSIM_WINDOW:
+            message = (
+                f"'{scene.name}' is {width} x {height} pixels; structural similarity needs at least "
+                f"{score.SSIM_WINDOW} a side, use a larger size"
+            )
+            raise plan.origin.fault(message, (*scene.location, "size"))
 
 
-def measure_scene(
-    comparison: Comparison, scene: Path, name: str, truth: Reference, progress: StepCallback | None
-) -> tuple[list[Measurement], dict[str, NDArray[np.float32]]]:
-    """Return the measurements of a scene, and the first picture of every method and budget as "METHOD SPP"."""
-    images: dict[str, NDArray[np.float32]] = {}
-    methods = len({BASELINE, *comparison.criteria}) + len(STOCK_SAMPLERS)
-    total = methods * len(comparison.spps) * comparison.seeds
-    count = 0
-
-    def done(one: Measurement, image: NDArray[np.float32]) -> bool | None:
-        nonlocal count
-        count += 1
-        images.setdefault(f"{one.method} {one.spp}", image)
-        return None if progress is None else progress(f"{name}: {one.method}, {one.spp} spp", count, total)
-
-    measurements = measure(
-        scene,
-        name,
-        truth.image,
-        comparison.spps,
-        range(comparison.first_seed, comparison.first_seed + comparison.seeds),
-        comparison.criteria,
-        integrator=comparison.integrator,
-        sensor=comparison.sensor,
-        size=comparison.size,
-        objective=comparison.objective,
-        done=done,
-    )
-    return measurements, images
+def culprit(plan: Plan, scene: Scene, error: TracerError) -> tuple[str | int, ...]:
+    """Return the place in the plan that an error of a scene comes from."""
+    entry = plan.scenes[int(scene.location[1])]
+    for name in ("integrator", "sensor", "size"):
+        if name in entry.model_fields_set and name in str(error).lower():
+            return *scene.location, name
+    return *scene.location, "path" if entry.path else "bundled"
 
 
-def make_reference(comparison: Comparison, scene: Path, name: str, progress: StepCallback | None) -> Reference:
-    """Return the reference of a scene, rendered now or before."""
-
-    def passed(now: Progress) -> bool | None:
-        return None if progress is None else progress(f"{name}: reference", now.done, now.total)
-
-    return reference(
-        scene,
-        comparison.samples_of_reference,
-        integrator=comparison.integrator,
-        sensor=comparison.sensor,
-        size=comparison.size,
-        progress=passed,
-    )
-
-
-def write_tables(folder: Path, comparison: Comparison, measurements: Sequence[Measurement]) -> None:
-    """Write all numbers as JSON and the table as Markdown."""
-    table = rows(measurements)
-    numbers = {
-        "comparison": asdict(comparison),
-        "measurements": [asdict(one) for one in measurements],
-        "table": [asdict(row) for row in table],
-    }
-    first, last = comparison.first_seed, comparison.first_seed + comparison.seeds - 1
-    write_record(folder, "compare", numbers, markdown(table), f"seeds {first} to {last}")
+def prepare_output(plan: Plan, output: Path, overwrite: bool) -> None:
+    """Make the folder ready. Raises an error if it cannot be written, or holds the results of another study."""
+    if not output.exists():
+        files.check_folder(output.parent)
+        output.mkdir()
+    files.check_folder(output)
+    if overwrite:
+        shutil.rmtree(output / cells.FOLDER, ignore_errors=True)
+        for name in RESULT_FILES:
+            (output / name).unlink(missing_ok=True)
+    marks = [path for path in (output / RESULT_FILES[0], output / cells.FOLDER / "study.json") if path.exists()]
+    for path in marks:
+        try:
+            there = json.loads(path.read_text())["study"]["name"]
+        except (ValueError, KeyError, TypeError, UnicodeDecodeError):
+            raise OutputError(f"'{path}' is not from a study; choose another folder.") from None
+        if there != plan.name:
+            message = (
+                f"'{output}' holds the study '{there}', not '{plan.name}'; choose another folder, "
+                "or --overwrite to replace what is there"
+            )
+            raise plan.origin.fault(message, ("name",))
+    (output / cells.FOLDER).mkdir(exist_ok=True)
+    files.write_text(output / cells.FOLDER / "study.json", json.dumps({"study": {"name": plan.name}}))
 
 
-def write_picture(
-    path: Path, name: str, comparison: Comparison, images: dict[str, NDArray[np.float32]], truth: Reference
-) -> None:
-    """Write uniform and adaptive side by side, with the error of each and the reference."""
-    spp = comparison.spps[0]
-    adaptive = next((name for name in comparison.criteria if name != BASELINE), BASELINE)
-    uniform_image, adaptive_image = images[f"{BASELINE} {spp}"], images[f"{adaptive} {spp}"]
-    errors = [relative_error(image, truth.image[..., : image.shape[-1]]) for image in (uniform_image, adaptive_image)]
-    top = float(np.quantile(errors[0], 0.99))
-    panels: list[Panel] = [
-        (BASELINE, uniform_image, False),
-        (adaptive, adaptive_image, False),
-        (f"relative error, {BASELINE}", errors[0], False),
-        (f"relative error, {adaptive}", errors[1], False),
-        (f"reference, {truth.spp} spp", truth.image, False),
-    ]
-    write_panels(path, panels, f"{name}, {spp} spp", error_top=top)
+class Study:
+    """One study under way."""
+
+    def __init__(self, plan: Plan, scenes: Sequence[Scene], output: Path, progress: StepCallback | None) -> None:
+        self.plan, self.scenes, self.output, self.progress = plan, scenes, output, progress
+        self.run_id = f"{datetime.datetime.now(datetime.UTC):%Y-%m-%dT%H:%M:%S}-{os.getpid()}"
+        self.results = Results(plan)
+        self.blocks = {scene.name: cells.cells_of(plan, scene) for scene in scenes}
+        self.book = ScoreBook(output / cells.FOLDER / "scores.json")
+        self.missing = 0
+        self.done = 0
+        self.text = ""
+
+    def run(self) -> Results:
+        """Do scene after scene."""
+        every = [cell for blocks in self.blocks.values() for block in blocks for cell in block]
+        self.missing = sum(not cells.is_kept(cell, self.output) for cell in every)
+        self.results.kept = len(every) - self.missing
+        for scene in self.scenes:
+            blocks = self.blocks[scene.name]
+            failures = shoot.shoot(self.plan, scene, blocks, self.output, self.run_id, self.shot)
+            self.results.failures += failures
+            self.measure(scene, [cell for block in blocks for cell in block])
+            self.results.finished = scene is self.scenes[-1]
+            write_results(self.output, self.results)
+        return self.results
+
+    def tell(self, text: str, done: int, total: int) -> None:
+        """Tell the caller of progress. Raises KeyboardInterrupt if it wants to stop."""
+        if self.progress is not None and self.progress(text, done, total) is False:
+            raise KeyboardInterrupt
+
+    def shot(self, cell: Cell | None, text: str) -> None:
+        """Tell of a cell that is done, or under way."""
+        self.done += cell is not None
+        self.text = text or self.text
+        self.tell(f"{self.text} ({self.done} of {self.missing})", self.done, self.missing)
+
+    def measure(self, scene: Scene, wanted: Sequence[Cell]) -> None:
+        """Score what was rendered of a scene against a reference that is good enough for it."""
+        found = [(cell, *cells.load(cell, self.output)) for cell in wanted if cells.is_kept(cell, self.output)]
+        finite = [one for one in found if np.isfinite(one[1].image).all()]
+        for cell, shot, _ in found:
+            bad = np.count_nonzero(~np.isfinite(shot.image).all(axis=-1))
+            if bad:
+                message = f"{bad} pixels of the picture are not finite"
+                self.results.failures.append(Failure(cell.scene, cell.method, cell.budget.label, cell.seed, message))
+        if not finite:
+            return
+        reference = self.good_reference(scene, [shot.image for _, shot, _ in finite])
+        height, width = reference.image.shape[:2]
+        facts = SceneFacts(
+            name=scene.name,
+            width=width,
+            height=height,
+            reference_spp=reference.spp,
+            reference_mse=reference.mse,
+            reference_relative_mse=reference.relative_mse,
+            halves_agree=reference.halves_agree,
+            disagreement=reference.disagreement,
+            limit=oracle.limit(reference.variance, reference.image, OBJECTIVE),
+        )
+        self.results.scenes.append(facts)
+        for k, (cell, shot, took) in enumerate(finite):
+            self.tell(f"{scene.name}: scores", k, len(finite))
+            scores = self.book.scores(cell, shot.image, reference)
+            close = CLOSE**2 * scores.relative_mse < facts.reference_relative_mse
+            self.results.measurements.append(Measurement(cell, took, scores, close))
+        self.book.save()
+
+    def good_reference(self, scene: Scene, images: Sequence[Any]) -> Reference:
+        """Return a reference whose error is at most a tenth of the smallest error, or as good as the plan allows."""
+        spp = min(self.plan.reference_spp, 4 * int(max([64, *self.plan.spp])))
+        while True:
+            reference = self.reference(scene, spp)
+            smallest = min(score.relative_mse(image, reference.image) for image in images)
+            ratio = reference.relative_mse / max(CLOSE**2 * smallest, 1e-30)
+            if ratio <= 1 or reference.spp >= self.plan.reference_spp:
+                return reference
+            spp = min(self.plan.reference_spp, round(reference.spp * ratio * MARGIN))
+
+    def reference(self, scene: Scene, spp: int) -> Reference:
+        """Return the reference of a scene, telling of progress."""
+
+        def passed(done: int, total: int) -> None:
+            self.tell(f"{scene.name}: reference, {done} of {total} spp", done, total)
+
+        return make_reference(scene.setting, spp, passed)

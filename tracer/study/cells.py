@@ -1,0 +1,142 @@
+"""Cells of a study: one picture each, kept in a file with what it took, so that nothing is rendered twice."""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import itertools
+import json
+from dataclasses import asdict, dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+
+import tracer
+from tracer import criteria, files
+from tracer.errors import OutputError
+from tracer.source import fingerprint
+from tracer.study.methods import Shot
+from tracer.study.plan import Budget, MethodPlan, Plan, Scene
+
+FOLDER = "cells"
+UNSEEN = ("cli", "study", "criteria")
+"""Parts of tracer that no pixel depends on, apart from the criterion that a method names."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One picture that a study asks for."""
+
+    scene: str
+    method: str
+    budget: Budget
+    seed: int
+    key: str
+    """Hash of all that its pixels depend on."""
+
+    def path(self, output: Path) -> Path:
+        """Return the file it is kept in."""
+        return output / FOLDER / self.scene / self.method / f"{self.budget.label}, seed {self.seed}.exr"
+
+
+@dataclass(frozen=True)
+class Took:
+    """What a picture took, beside its pixels."""
+
+    spp: int
+    """Samples per pixel that were asked for."""
+    samples: int
+    seconds: float
+    seconds_drawing: float
+    run: str
+    """Which run of the program made it: times within a run and seed are paired."""
+
+
+def cells_of(plan: Plan, scene: Scene) -> list[list[Cell]]:
+    """Return the cells of a scene in blocks of the same budget and seed, which are rendered one after the other.
+
+    From block to block the methods take turns in being first, so that none has the cold machine every time.
+    """
+    content = (fingerprint(scene.setting.source), scene.setting.sensor, scene.setting.integrator, scene.setting.size)
+    blocks = []
+    for k, (budget, seed) in enumerate(itertools.product(plan.budgets, plan.all_seeds)):
+        turn = k % len(plan.methods)
+        block = [
+            Cell(scene.name, method.name, budget, seed, key(content, method, budget, seed))
+            for method in [*plan.methods[turn:], *plan.methods[:turn]]
+        ]
+        blocks.append(block)
+    return blocks
+
+
+def key(content: tuple[Any, ...], method: MethodPlan, budget: Budget, seed: int) -> str:
+    """Return the hash of all that the pixels of a cell depend on, the code included."""
+    code = code_hash() if method.criterion else plugins_hash()
+    own = criterion_hash(method.criterion) if method.criterion else ""
+    settings = method.model_dump_json(exclude={"name"})
+    parts = (content, settings, budget, seed, code, own, mi.__version__, mi.variant())
+    return hashlib.sha256(repr(parts).encode()).hexdigest()[:24]
+
+
+@cache
+def code_hash() -> str:
+    """Return a hash of the source of tracer, without what no pixel depends on."""
+    root = Path(tracer.__file__).parent
+    sources = [path for path in sorted(root.rglob("*.py")) if path.relative_to(root).parts[0] not in UNSEEN]
+    return hash_of([*sources, *plugin_sources()])
+
+
+@cache
+def plugins_hash() -> str:
+    """Return a hash of the source of our plugins, which a scene under plain ``mi.render`` may name."""
+    return hash_of(plugin_sources())
+
+
+def plugin_sources() -> list[Path]:
+    """Return the files of our plugins."""
+    from tracer import plugins
+
+    return sorted(Path(plugins.__path__[0]).glob("*.py"))
+
+
+def criterion_hash(name: str) -> str:
+    """Return a hash of the file that a criterion is in."""
+    return hash_of([Path(inspect.getfile(criteria.get(name).importance))])
+
+
+def hash_of(paths: list[Path]) -> str:
+    """Return a hash of the content of files."""
+    digest = hashlib.sha256()
+    for path in paths:
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def store(cell: Cell, output: Path, shot: Shot, spp: int, run: str) -> None:
+    """Keep a picture."""
+    path = cell.path(output)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    took = Took(spp, shot.samples, shot.seconds, shot.seconds_drawing, run)
+    values = np.concatenate([shot.image, shot.counts[..., None]], axis=-1, dtype=np.float32)
+    files.write_exr(path, ["R", "G", "B", "samples.Y"], values, {"key": cell.key, "took": asdict(took)})
+
+
+def is_kept(cell: Cell, output: Path) -> bool:
+    """Return whether the picture of a cell is there, made from what it would be made from now."""
+    path = cell.path(output)
+    try:
+        return path.exists() and files.read_metadata(path).get("key") == cell.key
+    except OutputError:
+        return False
+
+
+def load(cell: Cell, output: Path) -> tuple[Shot, Took]:
+    """Return a picture that was kept. Raises OutputError if it cannot be read."""
+    names, values, own = files.read_exr(cell.path(output))
+    took = Took(**json.loads(own["took"]))
+    colours = [names.index(name) for name in "RGB"]
+    counts = values[..., names.index("samples.Y")]
+    return Shot(values[..., colours], counts, took.samples, took.seconds, took.seconds_drawing), took

@@ -1,0 +1,95 @@
+"""What is compared: our loop with a criterion or plain ``mi.render`` with a sampler, as functions of spp and seed."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import Any
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer.loop import ProgressCallback, render_view
+from tracer.scene import Size, View, open_scene
+from tracer.settings import make_settings
+from tracer.source import load
+
+Floats = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One picture and what it took."""
+
+    image: Floats
+    """(H, W, 3), linear sRGB."""
+    counts: Floats
+    """(H, W): samples per pixel."""
+    samples: int
+    """Radiance samples in all, those of the film's border included."""
+    seconds: float
+    seconds_drawing: float
+    """Of these, drawing radiance samples: all of them, for ``mi.render``."""
+
+
+Method = Callable[[int, int], Shot]
+"""Function of (spp, seed). Raises KeyboardInterrupt if it was stopped."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What a scene is rendered with, whatever the method."""
+
+    source: Any
+    """Path of a scene file, or a dictionary."""
+    sensor: int = 0
+    integrator: str | None = None
+    size: Size = None
+
+    def open(self, stack: ExitStack, source: Any = None) -> View:
+        """Open the scene, or the same from another ``source``, until ``stack`` closes."""
+        scene = self.source if source is None else source
+        return stack.enter_context(open_scene(scene, self.sensor, self.integrator, self.size))
+
+
+def open_own(stack: ExitStack, setting: Setting, progress: ProgressCallback | None = None, **settings: Any) -> Method:
+    """Return a rendering by our loop with these ``settings``."""
+    view = setting.open(stack)
+
+    def render(spp: int, seed: int) -> Shot:
+        start = time.perf_counter()
+        result = render_view(view, make_settings(spp=spp, seed=seed, **settings), progress)
+        seconds = time.perf_counter() - start
+        if not result.report.complete:
+            raise KeyboardInterrupt
+        samples = sum(one.samples for one in result.report.rounds)
+        counts = result.samples.astype(np.float32)
+        return Shot(view.rgb(result.image), counts, samples, seconds, result.report.seconds_drawing)
+
+    return render
+
+
+def open_stock(stack: ExitStack, setting: Setting, sampler: str | None) -> Method:
+    """Return a rendering by ``mi.render`` with ``sampler`` in place of the scene's, or with the scene's own.
+
+    Raises SceneError if the scene has a sensor without a sampler to put another one in the place of.
+    """
+    view = setting.open(stack, load(setting.source, sampler=sampler, merge_meshes=True))
+    inside = view.sensor.sampler()
+
+    def render(spp: int, seed: int) -> Shot:
+        start = time.perf_counter()
+        with dr.suspend_grad():
+            image = np.array(view.integrator.render(view.scene, sensor=view.sensor, seed=seed, spp=spp))
+        seconds = time.perf_counter() - start
+        used = inside.sample_count()
+        # Mitsuba leaves the sampler's last state scheduled: the next evaluation, in another method's time, would trace
+        # the whole picture again to know it. With a new state it is forgotten.
+        inside.seed(0, 1)
+        counts = np.full(view.size, used, np.float32)
+        return Shot(view.rgb(image), counts, used * view.pixel_count, seconds, seconds)
+
+    return render

@@ -1,0 +1,264 @@
+"""What a study measures: scenes x methods x budgets x seeds, as a TOML file or from Python."""
+
+from __future__ import annotations
+
+import itertools
+import tomllib
+from dataclasses import dataclass
+from importlib.resources import files as package_files
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError
+
+from tracer.errors import SettingsError
+from tracer.load_error import nearest
+from tracer.settings import Settings, explain
+from tracer.study.methods import Setting
+from tracer.study.origin import Location, Origin
+
+NAME = r"^[A-Za-z0-9][\w.+() -]*$"
+STOCK_KEYS = {"name", "sampler"}
+"""Of a method: all there is to say of plain ``mi.render``."""
+
+
+class Part(BaseModel):
+    """Base of all parts of a plan: what is not known is refused."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class ScenePlan(Part):
+    """One scene, or all that match a pattern."""
+
+    path: str | None = None
+    """Scene file, relative to the plan's ``folder``; a pattern such as "*/scene.xml" stands for all that match."""
+    bundled: str | None = None
+    """Instead of ``path``: the name of a scene that comes with tracer, or "*" for all of them."""
+    name: str | None = Field(None, pattern=NAME)
+    """None: that of the file, or of its folder where the file is just ``scene.xml``."""
+    size: int | tuple[int, int] | None = None
+    """Instead of the plan's."""
+    sensor: int = Field(0, ge=0)
+    integrator: str | None = None
+
+
+class MethodPlan(Part):
+    """One way to render: with ``criterion``, ours; with ``sampler``, plain ``mi.render``."""
+
+    name: str = Field(pattern=NAME)
+    criterion: str | None = None
+    """Where samples go: a name of ``tracer.criteria``; "uniform" gives every pixel the same."""
+    sampler: str | None = None
+    """Plugin to take the place of the scene's sampler under ``mi.render``."""
+    objective: str = "relative"
+    pilot_spp: int | None = None
+    min_spp: int | None = None
+    max_spp: int | None = None
+    block: int = 1
+    unbiased: bool = False
+
+    def settings(self) -> dict[str, Any]:
+        """Return the keywords of ``tracer.render`` that this method is."""
+        return self.model_dump(exclude={"name", "sampler"})
+
+
+@dataclass(frozen=True)
+class Budget:
+    """How much a method may spend."""
+
+    kind: Literal["spp", "seconds"]
+    amount: float
+
+    @property
+    def label(self) -> str:
+        """What people and files call it."""
+        return f"{self.amount:g} spp" if self.kind == "spp" else f"{self.amount:g} s"
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A scene file found, with its settings."""
+
+    name: str
+    setting: Setting
+    location: Location
+    """Of its entry in the plan."""
+
+
+class Plan(Part):
+    """A study. Every field may stand in the TOML file under the same name."""
+
+    name: str = Field(pattern=NAME)
+    about: str = ""
+    """A sentence or two for the head of the page."""
+    folder: str | None = None
+    """Where scenes are looked for. None: the folder of the TOML file, or the working folder."""
+    size: int | tuple[int, int] | None = None
+    """Width in pixels (the aspect is kept) or [width, height]. None: what the scene's film says."""
+    spp: list[int] = []
+    """Budgets in samples per pixel."""
+    seconds: list[float] = []
+    """Budgets in seconds."""
+    seeds: int = Field(5, ge=1)
+    first_seed: int = Field(0, ge=0)
+    baseline: str | None = None
+    """Method that the others are compared with. None: "uniform" if there is one, else the first."""
+    reference_spp: int = Field(65536, ge=16)
+    """Most samples per pixel of a reference."""
+    scenes: list[ScenePlan] = Field(min_length=1)
+    methods: list[MethodPlan] = Field(min_length=1)
+
+    _origin: Origin = PrivateAttr(default=Origin())
+    _base: Path | None = PrivateAttr(default=None)
+
+    @property
+    def origin(self) -> Origin:
+        """Where mistakes are looked for."""
+        return self._origin
+
+    @property
+    def budgets(self) -> list[Budget]:
+        """All budgets, those in samples first."""
+        return [*(Budget("spp", spp) for spp in self.spp), *(Budget("seconds", seconds) for seconds in self.seconds)]
+
+    @property
+    def all_seeds(self) -> range:
+        """The seeds."""
+        return range(self.first_seed, self.first_seed + self.seeds)
+
+    @property
+    def compared_with(self) -> str:
+        """Name of the baseline."""
+        names = [method.name for method in self.methods]
+        return self.baseline or ("uniform" if "uniform" in names else names[0])
+
+    def find_scenes(self) -> list[Scene]:
+        """Return all scenes. Raises SettingsError for a pattern that finds nothing, or two scenes of one name."""
+        found = [scene for k, entry in enumerate(self.scenes) for scene in self.matching(entry, ("scenes", k))]
+        for one, other in itertools.combinations(found, 2):
+            if one.name == other.name:
+                message = f"two scenes are named '{other.name}'; give one of them another name"
+                raise self.origin.fault(message, other.location)
+        return found
+
+    def matching(self, entry: ScenePlan, location: Location) -> list[Scene]:
+        """Return the scenes that an entry stands for."""
+        pattern = entry.path or f"{entry.bundled}.xml"
+        folder = self.scene_folder if entry.path else Path(str(package_files("tracer.scenes")))
+        direct = folder / pattern
+        paths = [direct] if direct.is_file() else sorted(folder.glob(pattern)) if "*" in pattern else []
+        key = "path" if entry.path else "bundled"
+        if not paths:
+            what = f"there is no scene file '{direct}'"
+            if entry.bundled:
+                what = unknown("bundled scene", entry.bundled, sorted(path.stem for path in folder.glob("*.xml")))
+            raise self.origin.fault(what, (*location, key), getattr(entry, key))
+        if entry.name is not None and len(paths) > 1:
+            raise self.origin.fault(f"'{pattern}' finds {len(paths)} scenes, so it cannot have one name", location)
+        size = self.size if entry.size is None else entry.size
+        return [
+            Scene(entry.name or scene_name(path), Setting(path, entry.sensor, entry.integrator, size), location)
+            for path in paths
+        ]
+
+    @property
+    def scene_folder(self) -> Path:
+        """Where relative paths start."""
+        base = self._base or Path()
+        return base if self.folder is None else base / self.folder
+
+
+def scene_name(path: Path) -> str:
+    """Return what a scene is called: its file, or its folder where the file is just ``scene.xml``."""
+    return path.resolve().parent.name if path.stem == "scene" else path.stem
+
+
+def unknown(what: str, name: str, names: list[str]) -> str:
+    """Return the clause for a name that does not exist, with the nearest that does."""
+    hint = nearest(name, names)
+    listed = ", ".join(names)
+    return f"there is no {what} '{name}'" + (f", did you mean '{hint}'?" if hint else ".") + f" There are: {listed}"
+
+
+def read_plan(path: Path, folder: Path | None = None) -> Plan:
+    """Return the plan in a TOML file; ``folder`` takes the place of its own. Raises SettingsError with the line."""
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise SettingsError(f"Cannot read '{path}': {getattr(error, 'strerror', None) or error}.") from None
+    return parse_plan(text, Origin(path.name, text), path.resolve().parent, folder)
+
+
+def parse_plan(text: str, origin: Origin, base: Path, folder: Path | None) -> Plan:
+    """Return the plan that a TOML text describes."""
+    try:
+        values = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise SettingsError(f"{origin.name} is not TOML: {error}.") from None
+    if folder is not None:
+        values["folder"] = str(folder.resolve())
+    return make_plan(values, origin, base)
+
+
+def make_plan(values: dict[str, Any], origin: Origin | None = None, base: Path | None = None) -> Plan:
+    """Return a plan from plain values, checked as far as that goes without opening scenes. Raises SettingsError."""
+    origin = origin or Origin()
+    try:
+        plan = Plan(**values)
+    except ValidationError as error:
+        # A misspelt name is both unknown and missing: the line of the misspelling helps more.
+        detail = min(error.errors(), key=lambda one: one["type"] != "extra_forbidden")
+        location = tuple(part for part in detail["loc"] if part not in ("int", "tuple[int, int]"))
+        name = next((part for part in reversed(location) if isinstance(part, str)), "")
+        said = explain({**detail, "loc": (name,)}, fields_at(location))
+        raise origin.fault(said, location, detail.get("input")) from None
+    plan._origin, plan._base = origin, base
+    check_plan(plan)
+    return plan
+
+
+def fields_at(location: Location) -> list[str]:
+    """Return the names that are known where ``location`` is."""
+    parts: dict[str, type[Part]] = {"scenes": ScenePlan, "methods": MethodPlan}
+    return list((parts.get(str(location[0]), Plan) if len(location) > 1 else Plan).model_fields)
+
+
+def check_plan(plan: Plan) -> None:
+    """Raise SettingsError for what no single field can know."""
+    fault = plan.origin.fault
+    names = [method.name for method in plan.methods]
+    for k, entry in enumerate(plan.scenes):
+        if (entry.path is None) == (entry.bundled is None):
+            raise fault("a scene needs either a path or the name of a bundled scene", ("scenes", k))
+    for k, method in enumerate(plan.methods):
+        if method.name in names[:k]:
+            raise fault(f"two methods are named '{method.name}'; give one another name", ("methods", k, "name"))
+        check_method(plan, method, ("methods", k))
+    if not plan.budgets:
+        raise fault("there is no budget; add spp = [16, 64] or seconds = [1, 10]")
+    for kind, amounts in (("spp", plan.spp), ("seconds", plan.seconds)):
+        for k, amount in enumerate(amounts):
+            if amount <= 0:
+                raise fault(f"a budget must be above 0 (was {amount:g})", (kind, k), f"{amount:g}")
+    if plan.baseline is not None and plan.baseline not in names:
+        raise fault(unknown("method", plan.baseline, names), ("baseline",))
+
+
+def check_method(plan: Plan, method: MethodPlan, location: Location) -> None:
+    """Raise SettingsError for a method that cannot render with every budget."""
+    fault = plan.origin.fault
+    if (method.criterion is None) == (method.sampler is None):
+        raise fault(f"method '{method.name}' needs either a criterion (ours) or a sampler (plain mi.render)", location)
+    if method.sampler is not None:
+        extra = next((key for key in method.model_fields_set - STOCK_KEYS), None)
+        if extra is not None:
+            raise fault(f"plain mi.render (method '{method.name}') has no setting '{extra}'", (*location, extra))
+        return
+    for spp in plan.spp or [64]:
+        try:
+            Settings(spp=max(spp, 1), **method.settings())
+        except ValidationError as error:
+            detail = error.errors()[0]
+            key = str(detail["loc"][0]) if detail["loc"] else ""
+            raise fault(explain(detail), (*location, key), detail["input"] if key else None) from None

@@ -1,0 +1,220 @@
+"""Numbers of a study: a line a cell, a line a method, and means over scenes."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tracer.score import Scores
+from tracer.study.cells import Cell, Took
+from tracer.study.gains import Gain, Interval, error_rate, gain, geometric_mean
+from tracer.study.oracle import share
+from tracer.study.plan import Plan
+
+CLOSE = 0.1
+"""A reference whose own error (RMS) is more than this part of a cell's is too close to it."""
+
+
+@dataclass(frozen=True)
+class SceneFacts:
+    """What is known of a scene."""
+
+    name: str
+    width: int
+    height: int
+    reference_spp: int
+    """Samples per pixel of both halves of the reference."""
+    reference_mse: float
+    """Mean squared error of the reference, from the difference of its halves."""
+    reference_relative_mse: float
+    halves_agree: bool
+    disagreement: float
+    """p-value of the test that the halves show the same picture."""
+    limit: float
+    """What the oracle could gain in relMSE at equal samples, 1 + CV^2."""
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """One cell measured."""
+
+    cell: Cell
+    took: Took
+    scores: Scores
+    too_close: bool
+    """Whether the reference is too close for its relMSE."""
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A cell that could not be rendered, and why."""
+
+    scene: str
+    method: str
+    budget: str
+    seed: int
+    message: str
+
+
+@dataclass(frozen=True)
+class Gains:
+    """Gains of a method on a scene at one budget."""
+
+    scene: str
+    samples: Gain
+    """At equal samples."""
+    time: Gain
+    """At equal time."""
+    trimmed: Gain
+    """Of the trimmed error, at equal samples."""
+
+
+GAINS = ("samples", "time", "trimmed")
+
+
+@dataclass(frozen=True)
+class Row:
+    """One method on one scene at one budget: means over seeds, and gains over the baseline."""
+
+    scene: str
+    budget: str
+    method: str
+    seeds: int
+    spp: float
+    """Samples per pixel taken, all over."""
+    samples: float
+    seconds: float
+    """Of one picture, geometric mean."""
+    drawing: float
+    """Share of the seconds in which radiance samples were drawn."""
+    scores: Scores
+    gain_samples: Interval | None
+    """relMSE of the baseline over that of the method, per sample; None where the baseline failed."""
+    gain_time: Interval | None
+    """The same per second."""
+    gain_trimmed: Interval | None
+    """As gain_samples, of the trimmed relMSE."""
+    oracle_share: float | None
+    """log(gain_samples) / log(limit); None for plain mi.render and where there is next to nothing to gain."""
+    paired: bool
+    """Whether all times were measured next to the baseline's, in the same run."""
+    too_close: bool
+    """Whether the reference is too close to one of the cells."""
+
+
+@dataclass(frozen=True)
+class Mean:
+    """Gains of a method at one budget, geometric mean over scenes."""
+
+    budget: str
+    method: str
+    scenes: int
+    gain_samples: Interval
+    gain_time: Interval
+    gain_trimmed: Interval
+    worst: float
+    """Least gain_samples of any scene."""
+    worst_scene: str
+
+
+@dataclass
+class Results:
+    """All that a study found."""
+
+    plan: Plan
+    scenes: list[SceneFacts] = field(default_factory=list)
+    measurements: list[Measurement] = field(default_factory=list)
+    failures: list[Failure] = field(default_factory=list)
+    kept: int = 0
+    """Cells that were there from an earlier run."""
+    finished: bool = False
+    """Whether all scenes were done."""
+
+    def tables(self) -> tuple[list[Row], list[Mean]]:
+        """Return rows and means."""
+        gains: dict[tuple[str, str], list[Gains]] = {}
+        rows = [row for facts in self.scenes for row in self.rows_of(facts, gains)]
+        means = []
+        for (budget, method), found in gains.items():
+            samples, times, trimmed = (geometric_mean([getattr(one, name) for one in found]) for name in GAINS)
+            worst = min(found, key=lambda one: one.samples.value)
+            means.append(Mean(budget, method, len(found), samples, times, trimmed, worst.samples.value, worst.scene))
+        return rows, means
+
+    def rows_of(self, facts: SceneFacts, gains: dict[tuple[str, str], list[Gains]]) -> list[Row]:
+        """Return the rows of a scene and add its gains, by (budget, method), to ``gains``."""
+        groups: dict[tuple[str, str], dict[int, Measurement]] = {}
+        for one in self.measurements:
+            if one.cell.scene == facts.name:
+                groups.setdefault((one.cell.budget.label, one.cell.method), {})[one.cell.seed] = one
+        baseline = self.plan.compared_with
+        known = [one for (_, method), group in groups.items() if method == baseline for one in group.values()]
+        rate = error_rate([m.took.seconds for m in known], [m.scores.relative_mse for m in known])
+        rows = []
+        order = [(budget.label, method.name) for budget in self.plan.budgets for method in self.plan.methods]
+        for budget, method in order:
+            group = groups.get((budget, method), {})
+            if not group:
+                continue
+            against = groups.get((budget, baseline), {})
+            pairs = [(one, against[seed]) for seed, one in group.items() if seed in against]
+            found = compare(pairs, rate) if pairs else None
+            if found is not None:
+                gains.setdefault((budget, method), []).append(found)
+            rows.append(self.summarise(list(group.values()), pairs, found, facts))
+        return rows
+
+    def summarise(
+        self,
+        group: Sequence[Measurement],
+        pairs: Sequence[tuple[Measurement, Measurement]],
+        found: Gains | None,
+        facts: SceneFacts,
+    ) -> Row:
+        """Return the row of one method at one budget."""
+        first = group[0].cell
+        own = next(method for method in self.plan.methods if method.name == first.method)
+        adaptive = own.criterion is not None and first.method != self.plan.compared_with
+        samples = float(np.mean([one.took.samples for one in group]))
+        return Row(
+            scene=first.scene,
+            budget=first.budget.label,
+            method=first.method,
+            seeds=len(group),
+            spp=float(np.mean([one.took.spp for one in group])),
+            samples=samples,
+            seconds=float(np.exp(np.mean([np.log(one.took.seconds) for one in group]))),
+            drawing=float(np.mean([one.took.seconds_drawing / one.took.seconds for one in group])),
+            scores=Scores(*(float(np.mean([getattr(m.scores, name) for m in group])) for name in SCORES)),
+            gain_samples=None if found is None else found.samples.interval,
+            gain_time=None if found is None else found.time.interval,
+            gain_trimmed=None if found is None else found.trimmed.interval,
+            oracle_share=share(found.samples.value, facts.limit) if found and adaptive else None,
+            paired=all(one.took.run == other.took.run for one, other in pairs),
+            too_close=any(one.too_close for one in group),
+        )
+
+
+SCORES = tuple(Scores.__dataclass_fields__)
+
+
+def compare(pairs: Sequence[tuple[Measurement, Measurement]], rate: float) -> Gains:
+    """Return the gains of the first of each pair over the second; ``rate`` as in ``gain``, for time."""
+    scene, budget = pairs[0][0].cell.scene, pairs[0][0].cell.budget.label
+    key = zlib.crc32(f"{scene} {budget}".encode())
+
+    def errors(name: str) -> tuple[list[float], list[float]]:
+        own, other = zip(*((getattr(m.scores, name), getattr(u.scores, name)) for m, u in pairs), strict=True)
+        return list(own), list(other)
+
+    samples = [m.took.samples / u.took.samples for m, u in pairs]
+    seconds = [m.took.seconds / u.took.seconds for m, u in pairs]
+    return Gains(
+        scene,
+        gain(*errors("relative_mse"), samples, key=key),
+        gain(*errors("relative_mse"), seconds, rate, key),
+        gain(*errors("relative_mse_trimmed"), samples, key=key),
+    )

@@ -1,0 +1,38 @@
+"""Scores that were computed before."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from tracer import files, score
+from tracer.score import Scores
+from tracer.study.cells import Cell, hash_of
+from tracer.study.reference import Reference
+
+
+class ScoreBook:
+    """Scores by picture and reference, in a file: they take longer than reading the pictures."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.code = hash_of([Path(score.__file__)])
+        self.known: dict[str, Any] = {}
+        if path.exists():
+            try:
+                self.known = json.loads(path.read_text())
+            except ValueError:
+                self.known = {}
+
+    def scores(self, cell: Cell, image: Any, reference: Reference) -> Scores:
+        """Return the scores of the picture of a cell."""
+        name = f"{cell.key} {reference.spp} {self.code}"
+        if name not in self.known:
+            self.known[name] = asdict(score.all_scores(image, reference.image))
+        return Scores(**self.known[name])
+
+    def save(self) -> None:
+        """Write the file."""
+        files.write_text(self.path, json.dumps(self.known, indent=0))

@@ -1,0 +1,161 @@
+"""Tables of a study as text: cells of rows, and Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tracer.study.gains import Interval
+from tracer.study.results import Mean, Results, Row
+
+HEADINGS = (
+    "scene",
+    "budget",
+    "method",
+    "relMSE",
+    "trimmed",
+    "MSE",
+    "PSNR",
+    "SSIM",
+    "FLIP",
+    "bias",
+    "spp",
+    "seconds",
+    "drawing",
+    "gain, samples",
+    "gain, trimmed",
+    "gain, time",
+    "of oracle",
+)
+CLOSE_MARK = "°"
+UNPAIRED_MARK = "*"
+
+
+def bounds(value: Interval | None, digits: int = 2) -> str:
+    """Return an interval as text."""
+    if value is None:
+        return "–"
+    mean, low, high = (f"{number:.{digits}f}" for number in (value.mean, value.low, value.high))
+    return mean if np.isnan(value.low) else f"{mean} [{low}, {high}]"
+
+
+def percent(value: float | None, digits: int = 0) -> str:
+    """Return a share as text."""
+    return "–" if value is None else f"{100 * value:.{digits}f} %"
+
+
+def cells(row: Row) -> list[str]:
+    """Return a row as text, a cell a heading."""
+    scores = row.scores
+    close = CLOSE_MARK if row.too_close else ""
+    return [
+        row.scene,
+        row.budget,
+        row.method,
+        f"{scores.relative_mse:.3g}{close}",
+        f"{scores.relative_mse_trimmed:.3g}",
+        f"{scores.mse:.3g}",
+        f"{scores.psnr:.2f}",
+        f"{scores.ssim:.4f}",
+        f"{scores.flip:.4f}",
+        percent(scores.bias, 2),
+        f"{row.spp:.4g}",
+        f"{row.seconds:.2f}",
+        percent(row.drawing),
+        bounds(row.gain_samples) + close,
+        bounds(row.gain_trimmed),
+        bounds(row.gain_time) + ("" if row.paired else UNPAIRED_MARK),
+        percent(row.oracle_share),
+    ]
+
+
+def markdown_table(headings: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
+    """Return a Markdown table."""
+    head, *rows = ("| " + " | ".join(cells) + " |" for cells in (headings, *lines))
+    return "\n".join([head, "|" + "---|" * len(headings), *rows]) + "\n"
+
+
+def markdown(results: Results) -> str:
+    """Return the gains by scene and budget, what they cost, references, failures, and the whole table."""
+    rows, means = results.tables()
+    parts = []
+    for budget in dict.fromkeys(row.budget for row in rows):
+        parts += [f"## Gains, {budget}\n", gains(results, rows, means, budget)]
+        parts += [f"## Seconds, {budget}\n", seconds([row for row in rows if row.budget == budget])]
+    parts += ["## References\n", references(results)]
+    if results.failures:
+        parts += ["## Failed\n", failed(results)]
+    parts += ["## All\n", markdown_table(HEADINGS, [cells(row) for row in rows]), legend(results)]
+    return "\n".join(parts)
+
+
+def gains(results: Results, rows: Sequence[Row], means: Sequence[Mean], budget: str) -> str:
+    """Return gains at one budget: a line a scene, a column a method, what the oracle could gain, and the means."""
+    baseline = results.plan.compared_with
+    methods = [method.name for method in results.plan.methods if method.name != baseline]
+    found = {(row.scene, row.method): row for row in rows if row.budget == budget}
+    lines = []
+    for facts in results.scenes:
+        line = [found.get((facts.name, method)) for method in methods]
+        texts = [cells(row)[HEADINGS.index("gain, samples")] if row else "failed" for row in line]
+        lines.append([facts.name, *texts, f"{facts.limit:.2f}"])
+    overall = {mean.method: mean for mean in means if mean.budget == budget}
+    captions = {"gain_samples": "equal samples", "gain_trimmed": "equal samples, trimmed", "gain_time": "equal time"}
+    for field, caption in captions.items():
+        values = [bounds(getattr(overall[method], field)) if method in overall else "–" for method in methods]
+        lines.append([f"**geometric mean, {caption}**", *(f"**{value}**" for value in values), ""])
+    return markdown_table([f"{budget}, relMSE of {baseline} over that of", *methods, "oracle"], lines)
+
+
+def seconds(rows: Sequence[Row]) -> str:
+    """Return seconds at one budget: a line a scene, a column a method; in brackets the share not spent drawing."""
+    methods = list(dict.fromkeys(row.method for row in rows))
+    found = {(row.scene, row.method): row for row in rows}
+    lines = []
+    for scene in dict.fromkeys(row.scene for row in rows):
+        line = [found.get((scene, method)) for method in methods]
+        lines.append([scene, *(duration(row) if row else "failed" for row in line)])
+    return markdown_table(["seconds (share in which nothing is drawn)", *methods], lines)
+
+
+def duration(row: Row) -> str:
+    """Return the seconds of a row, with the share not spent drawing if there is any."""
+    idle = 1 - row.drawing
+    return f"{row.seconds:.2f}" + (f" ({percent(idle)})" if idle > 0 else "")
+
+
+def references(results: Results) -> str:
+    """Return what references there were: samples, their own error, whether halves agree."""
+    lines = [
+        [
+            facts.name,
+            f"{facts.width} x {facts.height}",
+            str(facts.reference_spp),
+            f"{facts.reference_relative_mse:.2g}",
+            f"{facts.reference_mse:.2g}",
+            "yes" if facts.halves_agree else f"NO (p = {facts.disagreement:.1g})",
+        ]
+        for facts in results.scenes
+    ]
+    return markdown_table(["scene", "pixels", "spp", "relMSE of it", "MSE of it", "halves agree"], lines)
+
+
+def failed(results: Results) -> str:
+    """Return what could not be rendered."""
+    lines = [[one.scene, one.method, one.budget, str(one.seed), one.message] for one in results.failures]
+    return markdown_table(["scene", "method", "budget", "seed", "why"], lines)
+
+
+def legend(results: Results) -> str:
+    """Return what the columns mean."""
+    return (
+        "relMSE: squared error over the reference's squared luminance + 0.01, mean over pixels; trimmed: without the "
+        "0.1 % of the pixels that err most. PSNR and SSIM: as a screen shows it. FLIP: HDR-FLIP at the reference's "
+        "exposures. bias: mean signed error over the mean of the reference. drawing: share of the seconds in which "
+        f"samples were drawn. gain: relMSE of {results.plan.compared_with} over that of the method, ratio of means "
+        "over seeds, with its 95 % bootstrap interval over seeds; at equal time the error of the baseline is taken to "
+        "fall with its time at the rate that its budgets show. of oracle: log(gain) over the log of what an oracle "
+        f"could gain. {CLOSE_MARK}: the error is less than ten times that of the reference (RMS), so it is a little "
+        f"less than measured. {UNPAIRED_MARK}: some times were not measured next to the baseline's.\n"
+    )
