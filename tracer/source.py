@@ -22,10 +22,11 @@ def describe(source: Any) -> str:
     return f"'{source}'" if isinstance(source, str | Path) else "the scene"
 
 
-def load(source: Any, sampler: str | None = None, merge_meshes: bool = False) -> Any:
+def load(source: Any, sampler: str | None = None) -> Any:
     """Return the ``mi.Scene`` of a path or dictionary; an object is passed through. Raises SceneError.
 
-    Meshes of one material are not merged, as ``mi.load_file`` does by default, so that shapes can be told apart.
+    Meshes of one material are not merged, as ``mi.load_file`` does by default, so that shapes can be told apart. It is
+    as fast, but where faces of two meshes lie in one plane the picture may be another one.
     ``sampler`` names a plugin to take the place of every sampler of the scene, with its sample count.
     """
     if not isinstance(source, str | Path | dict):
@@ -33,7 +34,7 @@ def load(source: Any, sampler: str | None = None, merge_meshes: bool = False) ->
             raise SceneError(f"A scene is a path, a dictionary or an mi.Scene, not {type(source).__name__}.")
         return source
     config, state = parse(source)
-    config.merge_meshes = merge_meshes
+    config.merge_meshes = False
     for node in state.nodes:
         if sampler is not None and node.type == mi.ObjectType.Sampler:
             node.props.set_plugin_name(sampler)

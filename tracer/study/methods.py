@@ -77,7 +77,7 @@ def open_stock(stack: ExitStack, setting: Setting, sampler: str | None) -> Metho
 
     Raises SceneError if the scene has a sensor without a sampler to put another one in the place of.
     """
-    view = setting.open(stack, load(setting.source, sampler=sampler, merge_meshes=True))
+    view = setting.open(stack, load(setting.source, sampler=sampler))
     inside = view.sensor.sampler()
 
     def render(spp: int, seed: int) -> Shot:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,13 @@ def relative_error(image: NDArray, reference: NDArray) -> NDArray[np.float64]:
     return np.sqrt(squared / (score.luminance(reference) ** 2 + score.EPSILON))
 
 
-def write_panels(path: Path, panels: Sequence[Panel], title: str, error_top: float | None = None) -> None:
+def write_panels(
+    target: Path | BinaryIO,
+    panels: Sequence[Panel],
+    title: str,
+    error_top: float | None = None,
+    file_format: str = "png",
+) -> None:
     """Write panels in a row, each with its caption; values get a colour bar, linear ones from 0 to ``error_top``."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.colors import LogNorm, Normalize
@@ -49,5 +56,8 @@ def write_panels(path: Path, panels: Sequence[Panel], title: str, error_top: flo
             beside.xaxis.set_major_locator(LogLocator(base=2))
             beside.xaxis.set_major_formatter(ScalarFormatter())
             beside.xaxis.set_minor_locator(NullLocator())
-    with files.whole(path) as temporary:
-        figure.savefig(temporary, format="png")
+    if isinstance(target, Path):
+        with files.whole(target) as temporary:
+            figure.savefig(temporary, format=file_format)
+    else:
+        figure.savefig(target, format=file_format)

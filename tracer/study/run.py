@@ -19,12 +19,15 @@ from tracer.errors import OutputError, TracerError
 from tracer.load_error import load_error
 from tracer.source import LOAD_ERRORS, load
 from tracer.study import cells, oracle, shoot
-from tracer.study.cells import Cell
+from tracer.study.cells import Cell, Took
+from tracer.study.methods import Shot
+from tracer.study.page.build import write_page
+from tracer.study.page.scene import ScenePictures, Shown
 from tracer.study.plan import Plan, Scene
 from tracer.study.reference import Reference, make_reference
 from tracer.study.results import CLOSE, Failure, Measurement, Results, SceneFacts
 from tracer.study.scores import ScoreBook
-from tracer.study.write import RESULT_FILES, write_results
+from tracer.study.write import PAGE, RESULT_FILES, write_results
 
 StepCallback = Callable[[str, int, int], bool | None]
 """Called with what is under way and how much of how much is done; return False to stop."""
@@ -115,6 +118,7 @@ class Study:
         self.plan, self.scenes, self.output, self.progress = plan, scenes, output, progress
         self.run_id = f"{datetime.datetime.now(datetime.UTC):%Y-%m-%dT%H:%M:%S}-{os.getpid()}"
         self.results = Results(plan)
+        self.pictures: list[ScenePictures] = []
         self.blocks = {scene.name: cells.cells_of(plan, scene) for scene in scenes}
         self.book = ScoreBook(output / cells.FOLDER / "scores.json")
         self.missing = 0
@@ -133,6 +137,8 @@ class Study:
             self.measure(scene, [cell for block in blocks for cell in block])
             self.results.finished = scene is self.scenes[-1]
             write_results(self.output, self.results)
+            self.tell(f"{scene.name}: page", self.done, max(self.missing, 1))
+            write_page(self.output / PAGE, self.results, self.pictures)
         return self.results
 
     def tell(self, text: str, done: int, total: int) -> None:
@@ -177,6 +183,24 @@ class Study:
             close = CLOSE**2 * scores.relative_mse < facts.reference_relative_mse
             self.results.measurements.append(Measurement(cell, took, scores, close))
         self.book.save()
+        self.pictures.append(self.choose_pictures(facts.name, reference, finite))
+
+    def choose_pictures(
+        self, name: str, reference: Reference, found: Sequence[tuple[Cell, Shot, Took]]
+    ) -> ScenePictures:
+        """Return what the page shows of a scene: the first seed at the largest budget, in samples if there is one."""
+        there = {cell.budget for cell, _, _ in found}
+        budget = max(there, key=lambda one: (one.kind == "spp", one.amount))
+        seed = min(cell.seed for cell, _, _ in found if cell.budget == budget)
+        shots = {cell.method: shot for cell, shot, _ in found if cell.budget == budget and cell.seed == seed}
+        names = [method.name for method in self.plan.methods if method.name in shots]
+        names.sort(key=lambda method: method != self.plan.compared_with)
+        shown = [
+            Shown(method, shots[method].image, shots[method].counts, score.relative_mse(shots[method].image, truth))
+            for truth in [reference.image]
+            for method in names
+        ]
+        return ScenePictures(name, budget.label, seed, reference.image, shown)
 
     def good_reference(self, scene: Scene, images: Sequence[Any]) -> Reference:
         """Return a reference whose error is at most a tenth of the smallest error, or as good as the plan allows."""

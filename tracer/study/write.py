@@ -19,7 +19,8 @@ from tracer.metadata import version
 from tracer.study.results import SCORES, Measurement, Results
 from tracer.study.tables import markdown
 
-RESULT_FILES = ("results.json", "results.csv", "results.md", "index.html")
+PAGE = "index.html"
+RESULT_FILES = ("results.json", "results.csv", "results.md", PAGE)
 SCHEMA = 1
 """Changed when a reader of ``results.json`` would have to change."""
 

@@ -1,0 +1,64 @@
+"""Convergence plots as SVG that takes its text colour from the page around it."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from typing import Any
+
+from tracer.study.results import Row
+
+INK = "#010203"
+"""Stands for the text colour of the page, which replaces it."""
+
+
+def convergence(rows: Sequence[Row], scene: str) -> str:
+    """Return the error of every method on a scene over samples and over seconds, both axes logarithmic."""
+    import matplotlib
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    from matplotlib.figure import Figure
+
+    style: dict[Any, Any] = {
+        "svg.fonttype": "none",
+        "svg.hashsalt": scene,
+        "font.family": "sans-serif",
+        "text.color": INK,
+        "axes.labelcolor": INK,
+        "axes.edgecolor": INK,
+        "xtick.color": INK,
+        "ytick.color": INK,
+    }
+    with matplotlib.rc_context(style):
+        figure = Figure(figsize=(9.2, 3.6), layout="constrained")
+        FigureCanvasSVG(figure)
+        left, right = figure.subplots(1, 2, sharey=True)
+        for k, method in enumerate(dict.fromkeys(row.method for row in rows)):
+            own = [row for row in rows if row.method == method]
+            for axes, across in ((left, "spp"), (right, "seconds")):
+                points = sorted((getattr(row, across), row.scores.relative_mse) for row in own)
+                colour, marker = f"C{k}", "osD^vPX*"[k % 8]
+                axes.plot(*zip(*points, strict=True), marker=marker, color=colour, ms=5, lw=1.4, label=method)
+        for axes, label in ((left, "samples per pixel"), (right, "seconds")):
+            axes.set(xscale="log", yscale="log", xlabel=label)
+            axes.grid(True, which="both", color=INK, alpha=0.12, lw=0.6)
+            axes.set_facecolor("none")
+            tidy(axes.xaxis)
+        left.set_ylabel("relMSE")
+        legend = figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
+        legend.set_in_layout(True)
+        figure.patch.set_alpha(0)
+        text = io.StringIO()
+        figure.savefig(text, format="svg", metadata={"Date": None})
+    drawing = text.getvalue()
+    drawing = drawing[drawing.index("<svg") :].replace(INK, "currentColor")
+    label = f'role="img" aria-label="relMSE of every method on {scene} over samples per pixel and over seconds"'
+    return drawing.replace("<svg", f"<svg {label}", 1)
+
+
+def tidy(axis: Any) -> None:
+    """Write 1, 2, 5, 10 and so on as plain numbers, and nothing between them."""
+    from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
+
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(ScalarFormatter())
+    axis.set_minor_formatter(NullFormatter())
