@@ -33,3 +33,7 @@ class StudyError(TracerError):
     """A study in which something could not be measured; the rest was."""
 
     exit_code = 1
+
+
+class ScoreError(TracerError):
+    """Pictures that cannot be read, or cannot be compared."""

@@ -118,6 +118,12 @@ def encode_srgb(linear: ArrayLike) -> Floats:
     return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
 
 
+def decode_srgb(encoded: ArrayLike) -> Floats:
+    """Return the linear values of values in [0, 1] that are encoded with the sRGB curve."""
+    encoded = np.asarray(encoded, np.float64)
+    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+
+
 def same_shape(image: ArrayLike, reference: ArrayLike) -> tuple[Floats, Floats]:
     """Return both as float64. Raises ValueError if their shapes differ."""
     image, reference = np.asarray(image, np.float64), np.asarray(reference, np.float64)

@@ -9,7 +9,7 @@ from typing import Any
 import typer
 
 from tracer.backend import named_library
-from tracer.cli import compare, demo, info, render, study
+from tracer.cli import compare, demo, info, render, score, study
 
 app = typer.Typer(
     help="Render adaptively on Mitsuba 3: look first with cheap rays, spend expensive rays where they pay.",
@@ -30,5 +30,5 @@ def after_check(command: Callable[..., None]) -> Callable[..., None]:
     return checked
 
 
-for function in (render.render, compare.compare, study.study, demo.demo, info.info):
+for function in (render.render, compare.compare, study.study, score.score, demo.demo, info.info):
     app.command()(after_check(function))

@@ -17,11 +17,12 @@ SHOWN = ("method", "relMSE", "SSIM", "FLIP", "seconds", "gain, samples", "gain, 
 
 
 def simple_table(headings: Sequence[str], lines: Sequence[Sequence[str]], title: str | None = None) -> None:
-    """Print a table without frame; columns of gains may wrap, the others may not."""
+    """Print a table without frame; columns of gains and of file names may wrap, the others may not."""
     shown = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     for heading in headings:
         is_gain = heading.startswith("gain")
-        shown.add_column(heading, no_wrap=not is_gain, min_width=7 if is_gain else None)
+        wraps = is_gain or heading == "picture"
+        shown.add_column(heading, no_wrap=not wraps, min_width=7 if is_gain else None, overflow="fold")
     for line in lines:
         shown.add_row(*line)
     Console().print(shown)

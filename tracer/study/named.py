@@ -25,6 +25,10 @@ def find_plan(name: str, folder: Path | None = None) -> Plan:
         path = Path(name)
         if path.suffix == ".toml" or path.is_file():
             return read_plan(path, folder)
-        raise SettingsError(f"{unknown('study', name, names()).capitalize()}, or name a TOML file.")
+        said = unknown("study", name, names())
+        raise SettingsError(f"{said[0].upper()}{said[1:]}; or name a TOML file.")
     text = (STUDIES / f"{name}.toml").read_text(encoding="utf-8")
-    return parse_plan(text, Origin(f"study '{name}'", text), Path(), folder)
+    plan = parse_plan(text, Origin(f"study '{name}'", text), Path(), folder)
+    if folder is None and any(scene.path is not None for scene in plan.scenes):
+        raise SettingsError(f"The study '{name}' needs the folder of its scenes: tracer study {name} FOLDER -o OUTPUT.")
+    return plan

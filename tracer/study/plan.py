@@ -231,16 +231,16 @@ def check_plan(plan: Plan) -> None:
     for k, entry in enumerate(plan.scenes):
         if (entry.path is None) == (entry.bundled is None):
             raise fault("a scene needs either a path or the name of a bundled scene", ("scenes", k))
-    for k, method in enumerate(plan.methods):
-        if method.name in names[:k]:
-            raise fault(f"two methods are named '{method.name}'; give one another name", ("methods", k, "name"))
-        check_method(plan, method, ("methods", k))
     if not plan.budgets:
         raise fault("there is no budget; add spp = [16, 64] or seconds = [1, 10]")
     for kind, amounts in (("spp", plan.spp), ("seconds", plan.seconds)):
         for k, amount in enumerate(amounts):
             if amount <= 0:
                 raise fault(f"a budget must be above 0 (was {amount:g})", (kind, k), f"{amount:g}")
+    for k, method in enumerate(plan.methods):
+        if method.name in names[:k]:
+            raise fault(f"two methods are named '{method.name}'; give one another name", ("methods", k, "name"))
+        check_method(plan, method, ("methods", k))
     if plan.baseline is not None and plan.baseline not in names:
         raise fault(unknown("method", plan.baseline, names), ("baseline",))
 
@@ -260,5 +260,6 @@ def check_method(plan: Plan, method: MethodPlan, location: Location) -> None:
             Settings(spp=max(spp, 1), **method.settings())
         except ValidationError as error:
             detail = error.errors()[0]
-            key = str(detail["loc"][0]) if detail["loc"] else ""
-            raise fault(explain(detail), (*location, key), detail["input"] if key else None) from None
+            said = explain(detail)
+            key = next((name for name in method.model_fields_set if name in said), "")
+            raise fault(said, (*location, key)) from None

@@ -6,6 +6,7 @@ import datetime
 import json
 import os
 import shutil
+import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -34,12 +35,14 @@ StepCallback = Callable[[str, int, int], bool | None]
 
 OBJECTIVE = "relative"
 """Which error gains and limits are of."""
+PAGE_SECONDS = 60.0
+"""Least time between two pages: they take a second or two a scene."""
 MARGIN = 1.2
 """Samples of a reference beyond those that its error so far asks for."""
 
 
 def run_study(plan: Plan, output: Path, progress: StepCallback | None = None, overwrite: bool = False) -> Results:
-    """Measure everything and return it; ``output`` is written anew after every scene.
+    """Measure everything and return it; ``output`` is written anew as scenes are done.
 
     What is there from an earlier run of the same study is not rendered again, unless ``overwrite``. Raises
     SettingsError before the first ray, and KeyboardInterrupt if ``progress`` stops it: all finished cells are kept.
@@ -124,22 +127,33 @@ class Study:
         self.missing = 0
         self.done = 0
         self.text = ""
+        self.page_written = time.monotonic()
+        self.on_page = 0
 
     def run(self) -> Results:
         """Do scene after scene."""
         every = [cell for blocks in self.blocks.values() for block in blocks for cell in block]
         self.missing = sum(not cells.is_kept(cell, self.output) for cell in every)
         self.results.kept = len(every) - self.missing
-        for scene in self.scenes:
-            blocks = self.blocks[scene.name]
-            failures = shoot.shoot(self.plan, scene, blocks, self.output, self.run_id, self.shot)
-            self.results.failures += failures
-            self.measure(scene, [cell for block in blocks for cell in block])
-            self.results.finished = scene is self.scenes[-1]
-            write_results(self.output, self.results)
-            self.tell(f"{scene.name}: page", self.done, max(self.missing, 1))
-            write_page(self.output / PAGE, self.results, self.pictures)
+        try:
+            for scene in self.scenes:
+                blocks = self.blocks[scene.name]
+                failures = shoot.shoot(self.plan, scene, blocks, self.output, self.run_id, self.shot)
+                self.results.failures += failures
+                self.measure(scene, [cell for block in blocks for cell in block])
+                self.results.finished = scene is self.scenes[-1]
+                write_results(self.output, self.results)
+                if time.monotonic() - self.page_written > PAGE_SECONDS:
+                    self.write_page()
+        finally:
+            self.write_page()
         return self.results
+
+    def write_page(self) -> None:
+        """Write the page of all scenes so far."""
+        if len(self.pictures) > self.on_page:
+            write_page(self.output / PAGE, self.results, self.pictures)
+            self.page_written, self.on_page = time.monotonic(), len(self.pictures)
 
     def tell(self, text: str, done: int, total: int) -> None:
         """Tell the caller of progress. Raises KeyboardInterrupt if it wants to stop."""

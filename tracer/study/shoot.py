@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 
 from tracer.errors import TracerError
 from tracer.loop import Progress
 from tracer.study.cells import Cell, is_kept, store
-from tracer.study.methods import Method, open_own, open_stock
+from tracer.study.methods import Method, Shot, open_own, open_stock
 from tracer.study.plan import Budget, MethodPlan, Plan, Scene
 from tracer.study.results import Failure
 
 WARM_UP_SPP = 12
-"""Enough for a round that adapts, so that all kernels are compiled before anything is timed."""
+"""Enough for a round that adapts, so that all kernels of ours are compiled before anything is timed."""
 FASTEST_GROWTH = 8
 """Most by which the next trial's samples exceed the last one's while the pace of a method is found."""
-TRUSTED_SHARE = 0.2
-"""Part of a budget in seconds that a trial must take for its pace to be trusted."""
+TRIALS = 8
+TRUSTED = 0.15
+"""Two times that differ by less than this part are the same."""
+MOST_REPEATS = 3
 
 Told = Callable[[Cell | None, str], None]
 """Called with the cell that is done, or None while one is under way, and what to say. Raises KeyboardInterrupt."""
@@ -64,11 +66,13 @@ class Opened:
     def __init__(self, stack: ExitStack, scene: Scene, plan: MethodPlan, told: Told) -> None:
         self.stack, self.scene, self.plan, self.told = stack, scene, plan, told
         self.method: Method | None = None
+        self.warm: set[int] = set()
+        """Samples per pixel for which kernels are compiled."""
         self.paces: dict[Budget, int] = {}
         self.broken: Exception | None = None
         """Why it could not be opened: its other cells need not try again."""
 
-    def shoot(self, cell: Cell) -> tuple:
+    def shoot(self, cell: Cell) -> tuple[Shot, int]:
         """Return the picture of a cell and the samples per pixel that were asked for."""
         if self.broken is not None:
             raise self.broken
@@ -78,40 +82,53 @@ class Opened:
             self.broken = error
             raise
         spp = self.find_spp(method, cell.budget)
+        self.warm_up(method, spp)
         return method(spp, cell.seed), spp
 
     def ready(self) -> Method:
-        """Return the method, warm."""
+        """Return the method, opened."""
         if self.method is None:
             if self.plan.criterion is None:
-                method = open_stock(self.stack, self.scene.setting, self.plan.sampler)
+                self.method = open_stock(self.stack, self.scene.setting, self.plan.sampler)
             else:
-                method = open_own(self.stack, self.scene.setting, self.passed, **self.plan.settings())
-            least = max(self.plan.min_spp or 1, 2 * (self.plan.pilot_spp or 1))
-            method(max(WARM_UP_SPP, least) if self.plan.max_spp is None else self.plan.max_spp, 0)
-            self.method = method
+                self.method = open_own(self.stack, self.scene.setting, self.passed, **self.plan.settings())
         return self.method
 
     def passed(self, progress: Progress) -> None:
         """Let the person stop within a picture."""
         self.told(None, "")
 
+    def warm_up(self, method: Method, spp: int) -> None:
+        """Compile the kernels: Mitsuba's samplers need others for every count, ours the same for all."""
+        if self.plan.criterion is not None:
+            if self.warm:
+                return
+            least = max(self.plan.min_spp or 1, 2 * (self.plan.pilot_spp or 1), WARM_UP_SPP)
+            spp = min(spp, least)
+        if spp not in self.warm:
+            steady_seconds(method, spp)
+            self.warm.add(spp)
+
     def find_spp(self, method: Method, budget: Budget) -> int:
-        """Return the samples per pixel that a budget buys: trials grow until one takes a good part of the time."""
+        """Return the samples per pixel that a budget buys: trials go on until one takes about as long."""
         if budget.kind == "spp":
             return int(budget.amount)
         if budget not in self.paces:
-            for spp in self.trials(method, budget):
-                self.paces[budget] = spp
+            spp = max(self.plan.min_spp or 1, WARM_UP_SPP)
+            for _ in range(TRIALS):
+                pace = budget.amount / steady_seconds(method, spp)
+                spp = max(1, round(spp * min(pace, FASTEST_GROWTH)))
+                if abs(pace - 1) < TRUSTED:
+                    break
+            self.paces[budget] = spp
         return self.paces[budget]
 
-    def trials(self, method: Method, budget: Budget) -> Iterator[int]:
-        """Yield ever better guesses of how many samples per pixel take the seconds of a budget."""
-        spp = WARM_UP_SPP
-        for trial in range(8):
-            seconds = method(spp, trial).seconds
-            pace = budget.amount / seconds
-            yield max(1, round(spp * pace))
-            if seconds >= TRUSTED_SHARE * budget.amount:
-                return
-            spp = max(1, round(spp * min(FASTEST_GROWTH, pace)))
+
+def steady_seconds(method: Method, spp: int) -> float:
+    """Return how long a picture takes when nothing is compiled any more: until two in a row take about as long."""
+    seconds = method(spp, 0).seconds
+    for _ in range(MOST_REPEATS):
+        before, seconds = seconds, method(spp, 0).seconds
+        if seconds > (1 - TRUSTED) * before:
+            break
+    return seconds

@@ -27,7 +27,7 @@ def encode_words(words: NDArray[np.uint16]) -> str:
     """Return 16-bit words (N, H, W) as text: differences along rows, low bytes before high ones, deflate, base64."""
     differences = np.diff(words, axis=-1, prepend=np.uint16(0))
     planes = np.stack([differences & 0xFF, differences >> 8]).astype(np.uint8)
-    return base64.b64encode(zlib.compress(planes.tobytes(), 9)).decode("ascii")
+    return base64.b64encode(zlib.compress(planes.tobytes(), 6)).decode("ascii")
 
 
 def reduce(values: NDArray, factor: int) -> NDArray:

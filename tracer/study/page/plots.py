@@ -48,7 +48,7 @@ def convergence(rows: Sequence[Row], scene: str) -> str:
         legend.set_in_layout(True)
         figure.patch.set_alpha(0)
         text = io.StringIO()
-        figure.savefig(text, format="svg", metadata={"Date": None})
+        figure.savefig(text, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
     drawing = text.getvalue()
     drawing = drawing[drawing.index("<svg") :].replace(INK, "currentColor")
     label = f'role="img" aria-label="relMSE of every method on {scene} over samples per pixel and over seconds"'

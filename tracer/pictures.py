@@ -1,0 +1,103 @@
+"""Read pictures by any renderer as linear sRGB."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer.errors import ScoreError
+from tracer.files import opened
+from tracer.load_error import nearest
+from tracer.score import decode_srgb
+
+COMBINED = "Combined"
+"""What Blender calls the layer of the finished picture."""
+
+
+def read_picture(path: Path, layer: str | None = None) -> NDArray[np.float32]:
+    """Return the colours (H, W, 3), or (H, W, 1) of a grey picture, in linear sRGB.
+
+    Whole numbers (PNG, JPEG) are taken to be encoded with the sRGB curve, floating-point numbers to be linear.
+    ``layer``: what stands before ".R" in the names of the channels; None takes the picture without a layer, else
+    Blender's "Combined", else the only one there is. Raises ScoreError.
+    """
+    if not path.is_file():
+        raise ScoreError(f"There is no picture '{path}'.")
+    with opened(path) as source:
+        found: dict[str, tuple[int, list[int]]] = {}
+        part = 0
+        while source.seek_subimage(part, 0):
+            for name, channels in layers(list(source.spec().channelnames)).items():
+                found.setdefault(name, (part, channels))
+            part += 1
+        part, channels = found[choose(path, found, layer)]
+        source.seek_subimage(part, 0)
+        values = read_channels(path, source, channels)
+        encoded = source.spec().format.basetype not in FLOATING
+    bad = np.count_nonzero(~np.isfinite(values).all(axis=-1))
+    if bad:
+        raise ScoreError(f"{bad} pixels of '{path}' are not finite, so it has no score.")
+    return decode_srgb(values).astype(np.float32) if encoded else values
+
+
+def read_channels(path: Path, source: Any, channels: list[int]) -> NDArray[np.float32]:
+    """Return some channels of the part that ``source`` is at, (H, W, N)."""
+    specification = source.spec()
+    values = source.read_image("float")
+    if values is None:
+        raise ScoreError(f"Cannot read '{path}': {source.geterror()}.")
+    shape = specification.height, specification.width, specification.nchannels
+    return np.asarray(values, np.float32).reshape(shape)[..., channels]
+
+
+FLOATING = ("half", "float", "double")
+
+
+def layers(names: list[str]) -> dict[str, list[int]]:
+    """Return layers by name, "" for channels without one: the places of R, G, B, or of Y alone."""
+    places = {name: k for k, name in enumerate(names)}
+    found = {}
+    for name in names:
+        prefix, dot, last = name.rpartition(".")
+        if last == "R" and f"{prefix}{dot}G" in places and f"{prefix}{dot}B" in places:
+            found[prefix] = [places[f"{prefix}{dot}{channel}"] for channel in "RGB"]
+        elif last == "Y" and f"{prefix}{dot}X" not in places:
+            found[prefix] = [places[name]]
+    return found
+
+
+def choose(path: Path, found: dict[str, Any], layer: str | None) -> str:
+    """Return which layer to take."""
+    listed = ", ".join(sorted(name for name in found if name)) or "none"
+    if layer is not None:
+        if layer in found:
+            return layer
+        hint = nearest(layer, list(found))
+        raise ScoreError(
+            f"'{path}' has no layer '{layer}'" + (f", did you mean '{hint}'?" if hint else f"; it has: {listed}.")
+        )
+    combined = [name for name in found if name.split(".")[-1] == COMBINED]
+    for names in ([""] if "" in found else [], combined, list(found)):
+        if len(names) == 1:
+            return names[0]
+    if not found:
+        raise ScoreError(f"'{path}' has no channels R, G and B, and no Y: there is no picture in it to score.")
+    raise ScoreError(f"'{path}' has several layers; choose one with --layer: {listed}.")
+
+
+def score_pair(path: Path, image: NDArray, reference_path: Path, reference: NDArray) -> tuple[NDArray, NDArray]:
+    """Return both pictures (H, W, 3). Raises ScoreError if they cannot be compared."""
+    sizes = [f"{one.shape[1]} x {one.shape[0]}" for one in (image, reference)]
+    if sizes[0] != sizes[1]:
+        raise ScoreError(
+            f"'{path}' is {sizes[0]} pixels and '{reference_path}' is {sizes[1]}; render both at one size."
+        )
+    if image.shape[-1] != reference.shape[-1]:
+        grey, colour = (path, reference_path) if image.shape[-1] == 1 else (reference_path, path)
+        raise ScoreError(f"'{grey}' is grey and '{colour}' is in colour; render both alike.")
+    if image.shape[-1] == 1:
+        return image.repeat(3, axis=-1), reference.repeat(3, axis=-1)
+    return image, reference

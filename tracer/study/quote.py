@@ -1,0 +1,57 @@
+"""Keep tables that a Markdown file quotes up to date: ``python -m tracer.study.quote README.md``.
+
+A table stands between ``<!-- table: FILE -->`` or ``<!-- table: FILE # HEADING -->`` and ``<!-- end -->``; FILE is
+taken from the folder of the Markdown file, and the table is its first, or the first below that heading.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+from tracer.errors import OutputError, TracerError
+from tracer.files import write_text
+
+BLOCK = re.compile(r"(<!-- table: (\S+)(?: # ([^\n]+?))? -->\n)(.*?)(<!-- end -->)", re.DOTALL)
+TABLE = re.compile(r"(?:^\|.*\n)+", re.MULTILINE)
+
+
+def quote(text: str, folder: Path) -> str:
+    """Return ``text`` with every quoted table as its file has it now. Raises OutputError for one that is missing."""
+
+    def renewed(block: re.Match[str]) -> str:
+        return block[1] + find_table(folder / block[2], block[3]) + block[5]
+
+    return BLOCK.sub(renewed, text)
+
+
+def find_table(path: Path, heading: str | None) -> str:
+    """Return a table of a Markdown file. Raises OutputError."""
+    if not path.is_file():
+        raise OutputError(f"There is no file '{path}' to take a table from.")
+    text = path.read_text(encoding="utf-8")
+    if heading is not None:
+        _, found, text = text.partition(f"# {heading}\n")
+        if not found:
+            raise OutputError(f"'{path}' has no heading '{heading}'.")
+    table = TABLE.search(text)
+    if table is None:
+        raise OutputError(f"'{path}' has no table{f' below {heading!r}' if heading else ''}.")
+    return table[0]
+
+
+def main(arguments: list[str]) -> int:
+    """Renew the tables in the Markdown files named; return an exit code."""
+    try:
+        for name in arguments:
+            path = Path(name)
+            write_text(path, quote(path.read_text(encoding="utf-8"), path.parent))
+    except (TracerError, OSError) as error:
+        sys.stderr.write(f"{error}\n")
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
