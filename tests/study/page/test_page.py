@@ -242,7 +242,8 @@ def test_light_and_dark(page):
 
 def test_controls_can_be_reached_by_keyboard(page):
     names = page.execute_script(
-        """return [...document.querySelectorAll('button, select, input, .pane canvas')].filter((e) => e.offsetParent !== null)
+        """return [...document.querySelectorAll('button, select, input, .pane canvas')]
+        .filter((e) => e.offsetParent !== null)
         .map((e) => [e.tabIndex, e.ariaLabel || e.textContent || e.closest('label')?.textContent || ''])"""
     )
     assert all(index == 0 and name.strip() for index, name in names)
