@@ -3,18 +3,22 @@
 import re
 from pathlib import Path
 
+import pytest
+
+from tracer.study.quote import BLOCK, quote
+
 ROOT = Path(__file__).parents[1]
 
 
 def test_quoted_tables_are_those_of_the_results():
     readme = (ROOT / "README.md").read_text()
-    quoted = re.findall(r"<!-- table: (\S+) -->\n(.*?)\n<!-- end -->", readme, flags=re.DOTALL)
-    assert len(quoted) == 3
-    for file, block in quoted:
-        assert block.strip() in (ROOT / file).read_text()
-        assert block.count("\n") > 4
+    assert quote(readme, ROOT) == readme, "run python -m tracer.study.quote README.md"
+    blocks = BLOCK.findall(readme)
+    assert len(blocks) == 3
+    assert all(block[3].count("\n") > 4 for block in blocks)
 
 
-def test_pictures_and_files_exist():
-    for link in re.findall(r"\]\(([^)#:]+)\)", (ROOT / "README.md").read_text()):
-        assert (ROOT / link).exists(), link
+@pytest.mark.parametrize("name", ["README.md", "tracer/study/README.md", "scenes/README.md"])
+def test_pictures_and_files_exist(name):
+    for link in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", (ROOT / name).read_text()):
+        assert ((ROOT / name).parent / link).exists(), link

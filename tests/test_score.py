@@ -44,3 +44,42 @@ def test_identical_images():
 def test_different_sizes_are_named():
     with pytest.raises(ValueError, match=r"\(2, 3, 3\).*\(3, 2, 3\)"):
         score.mse(np.zeros((2, 3, 3)), np.zeros((3, 2, 3)))
+
+
+def test_trimmed_error_forgets_fireflies():
+    reference = np.full((50, 40, 3), 0.5)
+    image = reference + 0.01
+    plain = score.relative_mse(image, reference)
+    assert score.relative_mse_trimmed(image, reference) == pytest.approx(plain)
+    image[3, 4] = 1e6
+    image[9, 1] = 1e3
+    assert score.relative_mse(image, reference) > 1e6 * plain
+    assert score.relative_mse_trimmed(image, reference) == pytest.approx(plain)  # 2 of 2000 pixels are left out
+    image[7, 7] = 1e3
+    assert score.relative_mse_trimmed(image, reference) > 100 * plain
+
+
+def test_bias_is_signed_and_relative():
+    reference = np.random.default_rng(1).uniform(0.2, 2, (8, 8, 3))
+    assert score.bias(1.03 * reference, reference) == pytest.approx(0.03)
+    assert score.bias(0.9 * reference, reference) == pytest.approx(-0.1)
+
+
+def test_flip_is_the_authors():
+    import flip_evaluator
+
+    positive = [np.maximum(values, 0).astype(np.float32) for values in (REFERENCE, IMAGE)]
+    _, expected, parameters = flip_evaluator.evaluate(*positive, "HDR", applyMagma=False)
+    assert score.flip(IMAGE, REFERENCE) == pytest.approx(expected)
+    assert score.flip(REFERENCE, REFERENCE) == 0
+    # the exposures come from the reference: the same for every picture that is compared with it
+    other = flip_evaluator.evaluate(positive[0], 3 * positive[1], "HDR", applyMagma=False)[2]
+    assert other == parameters
+
+
+def test_all_scores():
+    found = score.all_scores(IMAGE, REFERENCE)
+    assert found.mse == score.mse(IMAGE, REFERENCE)
+    assert found.ssim == score.ssim(IMAGE, REFERENCE)
+    with pytest.raises(ValueError, match="differ in size"):
+        score.all_scores(IMAGE[1:], REFERENCE)

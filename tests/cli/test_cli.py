@@ -49,18 +49,22 @@ BAD = [
     (("render", "SCENE", "-o", "out.exr", "--sensor", "1"), 2, "There is no sensor 1"),
     (("render", "BROKEN", "-o", "out.exr"), 2, "does not load"),
     (("render", "BLIND", "-o", "out.exr"), 2, "has no sensor"),
-    (("compare", "no.xml"), 2, "There is no scene file"),
+    (("compare", "no.xml"), 2, "there is no scene file"),
     (("compare", "SCENE", "--spp", "16", "0"), 2, "spp"),
     (("compare", "SCENE", "--criterion", "nothing"), 2, "there is no criterion"),
-    (("compare", "SCENE", "SCENE"), 2, "Two scenes are named"),
+    (("compare", "SCENE", "SCENE"), 2, "two scenes are named"),
     (("compare", "SCENE", "--size", "6"), 2, "needs at least 7 a side"),
-    (("compare", "SCENE", "-o", "."), 2, "compare.md' exists"),
+    (("compare", "SCENE", "-o", "."), 2, "results.md' is not from a study"),
     (("compare", "SCENE", "--reference-spp", "8"), 2, "reference_spp"),
-    (("study", "overhed", "SCENE", "-o", "out"), 2, "did you mean 'overhead'"),
-    (("study", "overhead", "no.xml", "-o", "out"), 2, "There is no scene file"),
-    (("study", "overhead", "SCENE", "-o", "out", "--spp", "4", "8"), 2, "takes one --spp"),
-    (("study", "samplers", "SCENE", "SCENE", "-o", "out"), 2, "Two scenes are named"),
-    (("study", "samplers", "SCENE", "-o", "no/out"), 2, "There is no folder"),
+    (("study", "smke", "-o", "out"), 2, "did you mean 'smoke'"),
+    (("study", "no.toml", "-o", "out"), 2, "Cannot read 'no.toml'"),
+    (("study", "public", "-o", "out"), 2, "needs the folder of its scenes"),
+    (("study", "public", "no", "-o", "out"), 2, "There is no folder 'no'"),
+    (("study", "public", ".", "-o", "out"), 2, "study 'public', line 11: there is no scene file"),
+    (("study", "smoke", "-o", "no/out"), 2, "There is no folder 'no'"),
+    (("study", "smoke", "-o", "there.exr"), 2, "'there.exr' is a file"),
+    (("score", "there.exr", "there.exr"), 2, "Cannot read 'there.exr'"),
+    (("score", "no.exr", "there.exr"), 2, "Cannot read 'there.exr'"),
     (("demo", "-o", "no"), 2, "There is no folder"),
 ]
 
@@ -74,7 +78,7 @@ def test_mistakes_are_one_sentence(tracer_program, scene_file, tmp_path, monkeyp
     }
     monkeypatch.chdir(tmp_path)
     (tmp_path / "there.exr").write_text("mine")
-    (tmp_path / "compare.md").write_text("mine")
+    (tmp_path / "results.md").write_text("mine")
     before = sorted(path.name for path in tmp_path.iterdir())
     found, out, err = tracer_program(*(files.get(argument, argument) for argument in arguments))
     assert found == code
@@ -83,7 +87,7 @@ def test_mistakes_are_one_sentence(tracer_program, scene_file, tmp_path, monkeyp
     assert message in err
     assert "Traceback" not in err
     assert sorted(path.name for path in tmp_path.iterdir()) == before
-    assert (tmp_path / "there.exr").read_text() == "mine"
+    assert (tmp_path / "there.exr").read_text() == (tmp_path / "results.md").read_text() == "mine"
 
 
 def test_settings_of_the_scenes_integrator_are_the_defaults(tracer_program, scene_file, tmp_path):
@@ -119,11 +123,15 @@ def test_compare_prints_a_table_and_keeps_the_reference(tracer_program, scene_fi
     for word in ("uniform", "independent", "multijitter", "fused", "relMSE"):
         assert word in out
     written = {path.name for path in (tmp_path / "results").iterdir()}
-    assert written == {"compare.json", "compare.md", f"{tmp_path.name}.png"}
-    kept = list((tmp_path / "cache").rglob("*.exr"))
-    assert len(kept) == 1
+    assert written == {"results.json", "results.csv", "results.md", "index.html", "cells"}
+    kept = {path: path.stat().st_mtime_ns for path in (tmp_path / "cache").rglob("*.npz")}
+    assert len(kept) == 2
     assert tracer_program(*arguments)[0] == 0
-    assert list((tmp_path / "cache").rglob("*.exr")) == kept
+    assert {path: path.stat().st_mtime_ns for path in (tmp_path / "cache").rglob("*.npz")} == kept
+    other = scene_file(LIT, "other.xml")
+    code, _, err = tracer_program("compare", other, "-o", tmp_path / "results")
+    assert code == 2
+    assert "holds the study 'compare" in err
 
 
 def test_several_budgets_may_follow_one_option():
@@ -155,3 +163,39 @@ def test_ctrl_c_leaves_what_there_is_clearly_marked(scene_file, tmp_path):
     assert own["complete"] == 0
     assert 0 < values[..., names.index("samples.Y")].sum() < 20000 * 256 * 256
     assert np.all(np.isfinite(values))
+
+
+def test_a_study_that_fails_in_part_says_so(tracer_program, scene_file, tmp_path, monkeypatch):
+    from tracer.study import shoot
+
+    def never(*arguments):
+        raise RuntimeError("no luck")
+
+    monkeypatch.setattr(shoot, "open_stock", never)
+    scene = scene_file(LIT, "lit.xml")
+    arguments = ("compare", scene, "--spp", "4", "--seeds", "1", "-q", "-o", tmp_path / "out")
+    code, out, err = tracer_program(*arguments)
+    assert (code, out) == (1, "")
+    assert "2 of 4 cells failed" in err
+    assert "RuntimeError: no luck" in err
+    assert (tmp_path / "out" / "results.json").exists()
+
+
+def test_score_prints_what_a_study_measures(tracer_program, tmp_path):
+    import json
+
+    from tracer.files import write_exr
+    from tracer.score import all_scores
+
+    generator = np.random.default_rng(0)
+    truth = generator.random((16, 24, 3)).astype(np.float32)
+    image = truth + 0.05 * generator.standard_normal(truth.shape).astype(np.float32)
+    for name, values in (("a.exr", image), ("b.exr", truth)):
+        write_exr(tmp_path / name, ["R", "G", "B"], values, {})
+    code, out, _ = tracer_program("score", tmp_path / "a.exr", tmp_path / "b.exr", "--json")
+    assert code == 0
+    assert json.loads(out)[str(tmp_path / "a.exr")] == pytest.approx(vars(all_scores(image, truth)))
+    code, out, _ = tracer_program("score", tmp_path / "a.exr", tmp_path / "b.exr")
+    assert code == 0
+    for word in ("relMSE", "SSIM", "FLIP", "bias"):
+        assert word in out

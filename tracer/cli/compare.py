@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tempfile
 from pathlib import Path
 from typing import Annotated
@@ -47,7 +48,7 @@ def compare(
     criteria = list(dict.fromkeys(["uniform", *(criterion or ["fused"])]))
     plan = make_plan(
         {
-            "name": "compare",
+            "name": plan_name(scenes),
             "size": size,
             "spp": spps,
             "seeds": seeds,
@@ -68,3 +69,10 @@ def compare(
         return
     with tempfile.TemporaryDirectory() as folder:
         measure(plan, Path(folder), overwrite, quiet)
+
+
+def plan_name(scenes: list[Path]) -> str:
+    """Return a name that another set of scenes does not have: a folder holds one study."""
+    from tracer.study.plan import scene_name
+
+    return re.sub(r"[^\w.+() -]", "_", f"compare {' '.join(scene_name(scene) for scene in scenes)}")

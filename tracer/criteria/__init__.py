@@ -5,6 +5,6 @@ To add one, put a file in this folder with a function under ``@criterion(...)``:
 Code elsewhere may use the decorator too, and import its module before rendering.
 """
 
-from tracer.criteria.registry import Criterion, Evidence, criterion, get, names
+from tracer.criteria.registry import Criterion, Evidence, criterion, get, import_file, names
 
-__all__ = ["Criterion", "Evidence", "criterion", "get", "names"]
+__all__ = ["Criterion", "Evidence", "criterion", "get", "import_file", "names"]

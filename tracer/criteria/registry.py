@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import importlib
+import importlib.util
+import inspect
 import pkgutil
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -56,9 +59,12 @@ registered: dict[str, Criterion] = {}
 def criterion(
     name: str, *, needs_radiance: bool, needs_pilot: bool = True
 ) -> Callable[[Callable[[Evidence], Floats]], Callable[[Evidence], Floats]]:
-    """Register the decorated function as criterion ``name``."""
+    """Register the decorated function as criterion ``name``. Raises ValueError if another file has that name."""
 
     def register(function: Callable[[Evidence], Floats]) -> Callable[[Evidence], Floats]:
+        before = registered.get(name)
+        if before is not None and inspect.getfile(before.importance) != inspect.getfile(function):
+            raise ValueError(f"there is a criterion '{name}' already; choose another name")
         registered[name] = Criterion(name, function, needs_radiance, needs_pilot)
         return function
 
@@ -71,6 +77,15 @@ def import_all() -> None:
     package = __name__.rpartition(".")[0]
     for module in pkgutil.iter_modules(importlib.import_module(package).__path__):
         importlib.import_module(f"{package}.{module.name}")
+
+
+def import_file(path: Path) -> None:
+    """Run a Python file that registers criteria of its own. Raises whatever it raises."""
+    import_all()
+    specification = importlib.util.spec_from_file_location(f"tracer_criteria_{path.stem}", path)
+    assert specification is not None
+    assert specification.loader is not None
+    specification.loader.exec_module(importlib.util.module_from_spec(specification))
 
 
 def names() -> list[str]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 import drjit as dr
+import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
@@ -72,6 +73,17 @@ def open_own(stack: ExitStack, setting: Setting, progress: ProgressCallback | No
     return render
 
 
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Keep Mitsuba from saying that a sampler rounds the number of samples: what it takes is counted."""
+    before = mi.log_level()
+    mi.set_log_level(mi.LogLevel.Error)
+    try:
+        yield
+    finally:
+        mi.set_log_level(before)
+
+
 def open_stock(stack: ExitStack, setting: Setting, sampler: str | None) -> Method:
     """Return a rendering by ``mi.render`` with ``sampler`` in place of the scene's, or with the scene's own.
 
@@ -82,7 +94,7 @@ def open_stock(stack: ExitStack, setting: Setting, sampler: str | None) -> Metho
 
     def render(spp: int, seed: int) -> Shot:
         start = time.perf_counter()
-        with dr.suspend_grad():
+        with dr.suspend_grad(), quiet():
             image = np.array(view.integrator.render(view.scene, sensor=view.sensor, seed=seed, spp=spp))
         seconds = time.perf_counter() - start
         used = inside.sample_count()

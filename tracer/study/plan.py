@@ -11,6 +11,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError
 
+from tracer import criteria
 from tracer.errors import SettingsError
 from tracer.load_error import nearest
 from tracer.settings import Settings, explain
@@ -102,10 +103,14 @@ class Plan(Part):
     """Budgets in seconds."""
     seeds: int = Field(5, ge=1)
     first_seed: int = Field(0, ge=0)
+    criteria: list[str] = []
+    """Python files, from the folder of the TOML file, with criteria that do not come with tracer."""
     baseline: str | None = None
     """Method that the others are compared with. None: "uniform" if there is one, else the first."""
     reference_spp: int = Field(65536, ge=16)
     """Most samples per pixel of a reference."""
+    page_size: int | None = Field(None, ge=16)
+    """Most pixels across of the pictures on the page: larger ones are averaged over squares of pixels."""
     scenes: list[ScenePlan] = Field(min_length=1)
     methods: list[MethodPlan] = Field(min_length=1)
 
@@ -214,8 +219,22 @@ def make_plan(values: dict[str, Any], origin: Origin | None = None, base: Path |
         said = explain({**detail, "loc": (name,)}, fields_at(location))
         raise origin.fault(said, location, detail.get("input")) from None
     plan._origin, plan._base = origin, base
+    import_criteria(plan)
     check_plan(plan)
     return plan
+
+
+def import_criteria(plan: Plan) -> None:
+    """Run the files with criteria that a plan names. Raises SettingsError."""
+    for k, name in enumerate(plan.criteria):
+        path = (plan._base or Path()) / name
+        try:
+            criteria.import_file(path)
+        except FileNotFoundError:
+            raise plan.origin.fault(f"there is no file '{path}'", ("criteria", k), name) from None
+        except Exception as error:  # it is somebody else's program
+            said = f"'{name}' does not run: {type(error).__name__}: {error}"
+            raise plan.origin.fault(" ".join(said.split()), ("criteria", k), name) from None
 
 
 def fields_at(location: Location) -> list[str]:

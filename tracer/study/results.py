@@ -84,7 +84,7 @@ class Row:
     method: str
     seeds: int
     spp: float
-    """Samples per pixel taken, all over."""
+    """Samples taken over pixels of the picture: what a sampler rounds up to, and a film's border, count."""
     samples: float
     seconds: float
     """Of one picture, geometric mean."""
@@ -184,7 +184,7 @@ class Results:
             budget=first.budget.label,
             method=first.method,
             seeds=len(group),
-            spp=float(np.mean([one.took.spp for one in group])),
+            spp=samples / (facts.width * facts.height),
             samples=samples,
             seconds=float(np.exp(np.mean([np.log(one.took.seconds) for one in group]))),
             drawing=float(np.mean([one.took.seconds_drawing / one.took.seconds for one in group])),

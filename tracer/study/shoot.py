@@ -46,18 +46,18 @@ def shoot(plan: Plan, scene: Scene, blocks: list[list[Cell]], output: Path, run:
                     shot, spp = opened[cell.method].shoot(cell)
                     store(cell, output, shot, spp, run)
                 except Exception as error:  # whatever it is, the other cells can still be measured
-                    failures.append(failure(cell, error))
+                    failures.append(failure(cell.scene, cell.method, cell.budget.label, cell.seed, error))
                 told(cell, f"{scene.name}: {cell.method}, {cell.budget.label}, seed {cell.seed}")
     return failures
 
 
-def failure(cell: Cell, error: Exception) -> Failure:
-    """Return the record of a cell that failed, in one line."""
+def failure(scene: str, method: str, budget: str, seed: int, error: Exception) -> Failure:
+    """Return the record of something that failed, with why in one line."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     message = lines[0] if lines else type(error).__name__
     if not isinstance(error, TracerError):
         message = f"{type(error).__name__}: {message}"
-    return Failure(cell.scene, cell.method, cell.budget.label, cell.seed, message)
+    return Failure(scene, method, budget, seed, message)
 
 
 class Opened:

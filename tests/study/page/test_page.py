@@ -279,3 +279,8 @@ def test_pictures_shrink_when_there_are_too_many(monkeypatch):
     blocks, scenes = build.fit(results, pictures)
     assert (scenes[0]["width"], scenes[0]["factor"]) == (WIDTH // 2, 2)
     assert sum(map(len, blocks.values())) <= size // 3
+    monkeypatch.undo()
+    small = results.plan.model_copy(update={"page_size": 100})
+    results.plan = small
+    assert build.fit(results, pictures)[1][0]["width"] == WIDTH // 3
+    assert "averaged over 3 × 3" in build.build_page(results, pictures)

@@ -53,12 +53,13 @@ def build_page(results: Results, pictures: Sequence[ScenePictures]) -> str:
         facts=[
             {
                 "facts": facts,
+                "factor": shown["factor"],
                 "ratio": closeness(facts, rows),
                 "too_close": [row for row in rows if row.scene == facts.name and row.too_close],
                 "plot": convergence([row for row in rows if row.scene == facts.name], facts.name),
                 "strip": strip(results, one),
             }
-            for facts, one in zip(results.scenes, pictures, strict=True)
+            for facts, one, shown in zip(results.scenes, pictures, scenes, strict=True)
         ],
         close=CLOSE,
         failures=results.failures,
@@ -85,13 +86,17 @@ def sort_keys(row: Row) -> list[str | float]:
 
 def fit(results: Results, pictures: Sequence[ScenePictures]) -> tuple[dict[str, str], list[dict[str, Any]]]:
     """Return the encoded pictures by name and what the viewer knows of each scene, within MOST_BYTES."""
-    factor = 1
+    asked = results.plan.page_size
+    factors = [1 if asked is None else -(-facts.width // asked) for facts in results.scenes]
     while True:
         blocks: dict[str, str] = {}
-        scenes = [encode_scene(one, facts, factor, blocks) for one, facts in zip(pictures, results.scenes, strict=True)]
+        scenes = [
+            encode_scene(one, facts, factor, blocks)
+            for one, facts, factor in zip(pictures, results.scenes, factors, strict=True)
+        ]
         if sum(map(len, blocks.values())) <= MOST_BYTES:
             return blocks, scenes
-        factor += 1
+        factors = [factor + 1 for factor in factors]
 
 
 def encode_scene(one: ScenePictures, facts: SceneFacts, factor: int, blocks: dict[str, str]) -> dict[str, Any]:

@@ -1,0 +1,92 @@
+"""What can be wrong with a study, found before the first ray: samplers, scenes, and the folder it is to go into."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Sequence
+from contextlib import ExitStack
+from pathlib import Path
+
+import mitsuba as mi
+
+from tracer import files, score
+from tracer.errors import OutputError, TracerError
+from tracer.load_error import load_error
+from tracer.source import LOAD_ERRORS, load
+from tracer.study import cells
+from tracer.study.plan import Plan, Scene
+from tracer.study.write import RESULT_FILES
+
+
+def check_study(plan: Plan, scenes: Sequence[Scene]) -> None:
+    """Raise an error, with its line, for a sampler or scene that cannot be used."""
+    stock = [(k, method) for k, method in enumerate(plan.methods) if method.sampler is not None]
+    for k, method in stock:
+        try:
+            mi.load_dict({"type": method.sampler})
+        except LOAD_ERRORS as error:
+            said = str(load_error(f"sampler '{method.sampler}'", error))
+            raise plan.origin.fault(said, ("methods", k, "sampler"), method.sampler) from None
+    for scene in scenes:
+        try:
+            with ExitStack() as stack:
+                if stock:
+                    load(scene.setting.source, sampler=stock[0][1].sampler)
+                height, width = scene.setting.open(stack).size
+        except TracerError as error:
+            raise plan.origin.fault(str(error), culprit(plan, scene, error)) from None
+        if min(height, width) < score.SSIM_WINDOW:
+            message = (
+                f"'{scene.name}' is {width} x {height} pixels; structural similarity needs at least "
+                f"{score.SSIM_WINDOW} a side, use a larger size"
+            )
+            raise plan.origin.fault(message, (*scene.location, "size"))
+
+
+def culprit(plan: Plan, scene: Scene, error: TracerError) -> tuple[str | int, ...]:
+    """Return the place in the plan that an error of a scene comes from."""
+    entry = plan.scenes[int(scene.location[1])]
+    for name in ("integrator", "sensor", "size"):
+        if name in entry.model_fields_set and name in str(error).lower():
+            return *scene.location, name
+    return *scene.location, "path" if entry.path else "bundled"
+
+
+def prepare_output(plan: Plan, output: Path, overwrite: bool) -> None:
+    """Make the folder ready. Raises an error if it cannot be written, or holds the results of another study."""
+    if output.is_file():
+        raise OutputError(f"'{output}' is a file; choose a folder.")
+    if not output.exists():
+        files.check_folder(output.parent)
+        output.mkdir()
+    files.check_folder(output)
+    mark = output / cells.FOLDER / "study.json"
+    if overwrite:
+        if mark.exists():
+            shutil.rmtree(mark.parent)
+        for name in RESULT_FILES:
+            (output / name).unlink(missing_ok=True)
+    for there in filter(None, [study_in(output / RESULT_FILES[0]), study_in(mark)]):
+        if there != plan.name:
+            message = (
+                f"'{output}' holds the study '{there}', not '{plan.name}'; choose another folder, "
+                "or --overwrite to replace what is there"
+            )
+            raise plan.origin.fault(message, ("name",))
+    if not mark.exists():
+        foreign = [name for name in RESULT_FILES[1:] if (output / name).exists()]
+        if foreign and not (output / RESULT_FILES[0]).exists():
+            raise OutputError(f"'{output / foreign[0]}' is not from a study; choose another folder.")
+        mark.parent.mkdir(exist_ok=True)
+        files.write_text(mark, json.dumps({"study": {"name": plan.name}}))
+
+
+def study_in(path: Path) -> str | None:
+    """Return the name of the study that a file of results is of, None if there is no file. Raises OutputError."""
+    try:
+        return str(json.loads(path.read_text())["study"]["name"])
+    except FileNotFoundError:
+        return None
+    except (ValueError, KeyError, TypeError, UnicodeDecodeError):
+        raise OutputError(f"'{path}' is not from a study; choose another folder.") from None
