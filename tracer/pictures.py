@@ -36,7 +36,7 @@ def read_picture(path: Path, layer: str | None = None) -> NDArray[np.float32]:
         part, channels = found[choose(path, found, layer)]
         source.seek_subimage(part, 0)
         values = read_channels(path, source, channels)
-        encoded = source.spec().format.basetype not in FLOATING
+        encoded = str(source.spec().format) not in FLOATING
     bad = np.count_nonzero(~np.isfinite(values).all(axis=-1))
     if bad:
         raise ScoreError(f"{bad} pixels of '{path}' are not finite, so it has no score.")

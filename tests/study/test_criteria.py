@@ -16,6 +16,7 @@ TUTORIAL = (Path(__file__).parents[2] / "tracer" / "study" / "README.md").read_t
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """Write the files of the tutorial, with less work in them, and forget the criterion afterwards."""
+    registry.import_all()
     monkeypatch.setattr(registry, "registered", dict(registry.registered))
     (tmp_path / "darkness.py").write_text(re.search(r"```python\n(.*?)```", TUTORIAL, re.DOTALL)[1])
     plan = re.search(r"```toml\n(.*?)```", TUTORIAL, re.DOTALL)[1]

@@ -69,6 +69,11 @@ MISTAKES = [
     ("  16,", "  0,", 5, "a budget must be above 0 (was 0)"),
     ("[0.5]", "[-1]", 7, "a budget must be above 0 (was -1)"),
     ("  16,", "  1.5,", 5, "spp: input should be a valid integer"),
+    ("  16,", "  8,", 4, "the budget 8 is there twice"),
+    ("[0.5]", "[inf]", 7, "a budget must be above 0 (was inf)"),
+    ("seeds = 2", "seeds = 2\nfirst_seed = 4294967296", 9, "first_seed: input should be less than"),
+    ("rooms/*.xml", "/**b/*.xml", 14, "there is no scene file"),
+    ("rooms/*.xml", "", 14, "path: string should have at least 1 character"),
     ("seeds = 2", "seeds = 0", 8, "seeds: input should be greater"),
     ("seeds = 2", "sedes = 2", 8, "did you mean 'seeds'?"),
     ('"thin_rods"', '"thin_rod"', 11, "did you mean 'thin_rods'?"),
@@ -151,3 +156,11 @@ def test_studies_that_come_along():
         find_plan("public")
     with pytest.raises(SettingsError, match="There is no folder 'nowhere'"):
         find_plan("public", Path("nowhere"))
+
+
+def test_budgets_in_seconds_keep_to_the_bounds_of_a_method():
+    values = {"name": "x", "seconds": [1.0], "scenes": [{"bundled": "*"}]}
+    for bounds in ({"min_spp": 128}, {"max_spp": 8}, {"pilot_spp": 40}):
+        make_plan({**values, "methods": [{"name": "a", "criterion": "fused", **bounds}]})
+    with pytest.raises(SettingsError, match="min_spp"):
+        make_plan({**values, "methods": [{"name": "a", "criterion": "fused", "min_spp": 9, "max_spp": 8}]})

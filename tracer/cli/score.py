@@ -27,6 +27,7 @@ def score(
     from tracer.cli.show import simple_table
     from tracer.errors import ScoreError
     from tracer.pictures import read_picture, score_pair
+    from tracer.study.write import finite
 
     truth = read_picture(reference, layer)
     if min(truth.shape[:2]) < metrics.SSIM_WINDOW:
@@ -37,7 +38,8 @@ def score(
         pair = score_pair(path, read_picture(path, layer), reference, truth)
         found[str(path)] = metrics.all_scores(*pair)
     if as_json:
-        typer.echo(json.dumps({name: asdict(scores) for name, scores in found.items()}, indent=1))
+        plain = finite({name: asdict(scores) for name, scores in found.items()})
+        typer.echo(json.dumps(plain, indent=1, allow_nan=False))
         return
     lines = []
     for name, one in found.items():

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from rich import box
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from tracer.study.results import Results
 from tracer.study.tables import CLOSE_MARK, HEADINGS, bounds, cells
@@ -18,14 +19,16 @@ SHOWN = ("method", "relMSE", "SSIM", "FLIP", "seconds", "gain, samples", "gain, 
 
 def simple_table(headings: Sequence[str], lines: Sequence[Sequence[str]], title: str | None = None) -> None:
     """Print a table without frame; columns of gains and of file names may wrap, the others may not."""
-    shown = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    shown = Table(
+        title=title and Text(title), title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0)
+    )
     for heading in headings:
         is_gain = heading.startswith("gain")
         wraps = is_gain or heading == "picture"
         shown.add_column(heading, no_wrap=not wraps, min_width=7 if is_gain else None, overflow="fold")
     for line in lines:
-        shown.add_row(*line)
-    Console().print(shown)
+        shown.add_row(*(Text(cell) for cell in line))
+    Console(markup=False).print(shown)
 
 
 def study_tables(results: Results) -> None:
@@ -36,7 +39,7 @@ def study_tables(results: Results) -> None:
         lines = [[cells(row)[column] for column in columns] for row in group]
         simple_table(SHOWN, lines, f"{scene}, {budget}")
     baseline = results.plan.compared_with
-    console = Console()
+    console = Console(markup=False)
     console.print(f"gain: relMSE of {baseline} over that of the method, with its 95 % interval over seeds")
     if any(row.too_close for row in rows):
         console.print(f"{CLOSE_MARK} less than ten times the error of the reference; a larger reference_spp helps")

@@ -15,14 +15,15 @@ import mitsuba as mi
 import numpy as np
 
 import tracer
-from tracer import criteria, files
+from tracer import backend, criteria, files, scene, source
 from tracer.errors import OutputError
 from tracer.source import fingerprint
+from tracer.study import methods
 from tracer.study.methods import Shot
 from tracer.study.plan import Budget, MethodPlan, Plan, Scene
 
 FOLDER = "cells"
-UNSEEN = ("cli", "study", "criteria")
+UNSEEN = ("cli", "study", "criteria", "errors.py", "files.py", "load_error.py", "metadata.py", "pictures.py")
 """Parts of tracer that no pixel depends on, apart from the criterion that a method names."""
 
 
@@ -53,19 +54,22 @@ class Took:
     seconds_drawing: float
     run: str
     """Which run of the program made it: times within a run and seed are paired."""
+    machine: str
+    """On what it ran: processor and threads."""
 
 
-def cells_of(plan: Plan, scene: Scene) -> list[list[Cell]]:
+def cells_of(plan: Plan, place: Scene) -> list[list[Cell]]:
     """Return the cells of a scene in blocks of the same budget and seed, which are rendered one after the other.
 
     From block to block the methods take turns in being first, so that none has the cold machine every time.
     """
-    content = (fingerprint(scene.setting.source), scene.setting.sensor, scene.setting.integrator, scene.setting.size)
+    setting = place.setting
+    content = (fingerprint(setting.source), setting.sensor, setting.integrator, setting.size)
     blocks = []
     for k, (budget, seed) in enumerate(itertools.product(plan.budgets, plan.all_seeds)):
         turn = k % len(plan.methods)
         block = [
-            Cell(scene.name, method.name, budget, seed, key(content, method, budget, seed))
+            Cell(place.name, method.name, budget, seed, key(content, method, budget, seed))
             for method in [*plan.methods[turn:], *plan.methods[:turn]]
         ]
         blocks.append(block)
@@ -74,7 +78,7 @@ def cells_of(plan: Plan, scene: Scene) -> list[list[Cell]]:
 
 def key(content: tuple[Any, ...], method: MethodPlan, budget: Budget, seed: int) -> str:
     """Return the hash of all that the pixels of a cell depend on, the code included."""
-    code = code_hash() if method.criterion else plugins_hash()
+    code = code_hash() if method.criterion else stock_hash()
     own = criterion_hash(method.criterion) if method.criterion else ""
     settings = method.model_dump_json(exclude={"name"})
     parts = (content, settings, budget, seed, code, own, mi.__version__, mi.variant())
@@ -86,13 +90,13 @@ def code_hash() -> str:
     """Return a hash of the source of tracer, without what no pixel depends on."""
     root = Path(tracer.__file__).parent
     sources = [path for path in sorted(root.rglob("*.py")) if path.relative_to(root).parts[0] not in UNSEEN]
-    return hash_of([*sources, *plugin_sources()])
+    return hash_of([*sources, Path(inspect.getfile(methods)), *plugin_sources()])
 
 
 @cache
-def plugins_hash() -> str:
-    """Return a hash of the source of our plugins, which a scene under plain ``mi.render`` may name."""
-    return hash_of(plugin_sources())
+def stock_hash() -> str:
+    """Return a hash of the source that a picture by plain ``mi.render`` depends on: how it is opened, and plugins."""
+    return hash_of([Path(inspect.getfile(module)) for module in (source, scene, methods)] + plugin_sources())
 
 
 def plugin_sources() -> list[Path]:
@@ -119,9 +123,14 @@ def store(cell: Cell, output: Path, shot: Shot, spp: int, run: str) -> None:
     """Keep a picture."""
     path = cell.path(output)
     path.parent.mkdir(parents=True, exist_ok=True)
-    took = Took(spp, shot.samples, shot.seconds, shot.seconds_drawing, run)
+    took = Took(spp, shot.samples, shot.seconds, shot.seconds_drawing, run, machine())
     values = np.concatenate([shot.image, shot.counts[..., None]], axis=-1, dtype=np.float32)
     files.write_exr(path, ["R", "G", "B", "samples.Y"], values, {"key": cell.key, "took": asdict(took)})
+
+
+def machine() -> str:
+    """Return processor and threads."""
+    return f"{backend.processor()}, {backend.thread_count()} threads"
 
 
 def is_kept(cell: Cell, output: Path) -> bool:

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import shutil
-from collections.abc import Sequence
-from contextlib import ExitStack
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
+import filelock
 import mitsuba as mi
 
 from tracer import files, score
 from tracer.errors import OutputError, TracerError
 from tracer.load_error import load_error
-from tracer.source import LOAD_ERRORS, load
+from tracer.source import LOAD_ERRORS
 from tracer.study import cells
+from tracer.study.methods import Studio
 from tracer.study.plan import Plan, Scene
+from tracer.study.reference import prepare_cache
 from tracer.study.write import RESULT_FILES
 
 
@@ -24,16 +28,16 @@ def check_study(plan: Plan, scenes: Sequence[Scene]) -> None:
     stock = [(k, method) for k, method in enumerate(plan.methods) if method.sampler is not None]
     for k, method in stock:
         try:
-            mi.load_dict({"type": method.sampler})
+            if not isinstance(mi.load_dict({"type": method.sampler}), mi.Sampler):
+                raise plan.origin.fault(f"'{method.sampler}' is not a sampler", ("methods", k, "sampler"))
         except LOAD_ERRORS as error:
             said = str(load_error(f"sampler '{method.sampler}'", error))
             raise plan.origin.fault(said, ("methods", k, "sampler"), method.sampler) from None
     for scene in scenes:
         try:
             with ExitStack() as stack:
-                if stock:
-                    load(scene.setting.source, sampler=stock[0][1].sampler)
-                height, width = scene.setting.open(stack).size
+                samplers = [method.sampler for _, method in stock[:1] if method.sampler is not None]
+                height, width = Studio(stack, scene.setting, samplers).view.size
         except TracerError as error:
             raise plan.origin.fault(str(error), culprit(plan, scene, error)) from None
         if min(height, width) < score.SSIM_WINDOW:
@@ -54,13 +58,7 @@ def culprit(plan: Plan, scene: Scene, error: TracerError) -> tuple[str | int, ..
 
 
 def prepare_output(plan: Plan, output: Path, overwrite: bool) -> None:
-    """Make the folder ready. Raises an error if it cannot be written, or holds the results of another study."""
-    if output.is_file():
-        raise OutputError(f"'{output}' is a file; choose a folder.")
-    if not output.exists():
-        files.check_folder(output.parent)
-        output.mkdir()
-    files.check_folder(output)
+    """Make the folder ready. Raises an error if it holds another study, or files that are not ours."""
     mark = output / cells.FOLDER / "study.json"
     if overwrite:
         if mark.exists():
@@ -82,11 +80,36 @@ def prepare_output(plan: Plan, output: Path, overwrite: bool) -> None:
         files.write_text(mark, json.dumps({"study": {"name": plan.name}}))
 
 
+@contextmanager
+def one_at_a_time(output: Path) -> Iterator[None]:
+    """Keep other processes out of the folder, which is created in a folder that exists. Raises OutputError."""
+    if output.is_file():
+        raise OutputError(f"'{output}' is a file; choose a folder.")
+    if not output.exists():
+        files.check_folder(output.parent)
+        output.mkdir()
+    files.check_folder(output)
+    name = hashlib.sha256(str(output.resolve()).encode()).hexdigest()[:24]
+    try:
+        with filelock.FileLock(prepare_cache() / f"{name}.lock", timeout=0):
+            yield
+    except filelock.Timeout:
+        raise OutputError(f"Another study is at work in '{output}'; wait for it, or choose another folder.") from None
+
+
 def study_in(path: Path) -> str | None:
     """Return the name of the study that a file of results is of, None if there is no file. Raises OutputError."""
     try:
         return str(json.loads(path.read_text())["study"]["name"])
     except FileNotFoundError:
         return None
-    except (ValueError, KeyError, TypeError, UnicodeDecodeError):
+    except (OSError, ValueError, KeyError, TypeError):
         raise OutputError(f"'{path}' is not from a study; choose another folder.") from None
+
+
+def count_scenes(output: Path) -> int:
+    """Return how many scenes the results in a folder are of."""
+    try:
+        return len(json.loads((output / RESULT_FILES[0]).read_text())["scenes"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return 0

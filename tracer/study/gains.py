@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy import stats
 
 Floats = NDArray[np.float64]
-RESAMPLES = 4000
+RESAMPLES = 8000
 LEVEL = 0.95
 TINY = 1e-30
 """Added to errors, so that two perfect pictures are equally good."""
@@ -33,11 +34,12 @@ class Gain:
     value: float
     resampled: Floats
     """(RESAMPLES,)."""
+    seeds: int
 
     @property
     def interval(self) -> Interval:
-        """The percentile interval."""
-        return percentiles(self.value, self.resampled)
+        """The interval, see ``percentiles``."""
+        return percentiles(self.value, self.resampled, self.seeds)
 
 
 def gain(errors: ArrayLike, baseline: ArrayLike, cost: ArrayLike, rate: float = 1.0, key: int = 0) -> Gain:
@@ -54,29 +56,38 @@ def gain(errors: ArrayLike, baseline: ArrayLike, cost: ArrayLike, rate: float = 
         ratio = (baseline[pick].mean(axis=-1) + TINY) / (errors[pick].mean(axis=-1) + TINY)
         return ratio / np.exp(rate * np.log(cost[pick]).mean(axis=-1))
 
-    return Gain(float(of(np.arange(seeds))), of(picks))
+    return Gain(float(of(np.arange(seeds))), of(picks), seeds)
 
 
 def geometric_mean(gains: Sequence[Gain]) -> Interval:
     """Return the geometric mean over scenes; the interval is over the seeds of each, the scenes being what they are."""
     logarithms = np.mean([np.log(one.resampled) for one in gains], axis=0)
     value = float(np.exp(np.mean([np.log(one.value) for one in gains])))
-    return percentiles(value, np.exp(logarithms))
+    return percentiles(value, np.exp(logarithms), min(one.seeds for one in gains))
 
 
-def percentiles(value: float, resampled: Floats) -> Interval:
-    """Return the interval between the outer percentiles, unknown if all resamples are the same."""
-    if np.ptp(resampled) == 0:
+def percentiles(value: float, resampled: Floats, seeds: int) -> Interval:
+    """Return the expanded percentile interval (Hesterberg 2015, section 5.3); unknown from one seed.
+
+    The outer percentiles of few seeds are too narrow, as resamples spread less than Student's t: they are taken further
+    out by as much as a normal interval would have to be. Five seeds of log-normal errors then cover some 92 % (measured
+    in the tests), three some 85 %, and two about half.
+    """
+    if seeds < 2 or np.ptp(resampled) == 0:
         return Interval(value, float("nan"), float("nan"))
-    low, high = np.quantile(resampled, [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
+    quantile = stats.t.ppf((1 - LEVEL) / 2, seeds - 1) * np.sqrt(seeds / (seeds - 1))
+    outer = float(stats.norm.cdf(quantile))
+    low, high = np.quantile(resampled, [outer, 1 - outer])
     return Interval(value, float(low), float(high))
 
 
-def error_rate(seconds: ArrayLike, errors: ArrayLike) -> float:
-    """Return b of errors ~ seconds^-b by least squares on logarithms, within believable bounds; 1 from one budget."""
-    seconds, errors = np.asarray(seconds, np.float64), np.asarray(errors, np.float64)
-    usable = (errors > 0) & (seconds > 0)
-    if len(np.unique(seconds[usable])) < 2:
+def error_rate(seconds: Sequence[Sequence[float]], errors: Sequence[Sequence[float]]) -> float:
+    """Return b of errors ~ seconds^-b, within believable bounds: least squares on logarithms, a point a budget.
+
+    ``seconds`` and ``errors`` have the seeds of each budget. 1 where there is one budget, or where errors vanish.
+    """
+    points = [(np.mean(np.log(time)), np.mean(error)) for time, error in zip(seconds, errors, strict=True)]
+    if len(points) < 2 or min(error for _, error in points) <= 0 or np.ptp([time for time, _ in points]) == 0:
         return 1.0
-    slope = np.polyfit(np.log(seconds[usable]), np.log(errors[usable]), 1)[0]
+    slope = np.polyfit([time for time, _ in points], np.log([error for _, error in points]), 1)[0]
     return float(np.clip(-slope, SLOWEST, FASTEST))

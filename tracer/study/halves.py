@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -63,12 +64,14 @@ class Half:
             np.savez(file, **vars(self))
 
     @classmethod
-    def load(cls, path: Path) -> Half:
-        """Read from a file."""
-        with np.load(path) as stored:
-            return cls(
-                int(stored["chunk_spp"]), *(stored[name] for name in ("mean", "deviations", "variance", "tiles"))
-            )
+    def load(cls, path: Path) -> Half | None:
+        """Read from a file; None if there is none, or it is damaged: then it is made anew."""
+        try:
+            with np.load(path) as stored:
+                arrays = (stored[name] for name in ("mean", "deviations", "variance", "tiles"))
+                return cls(int(stored["chunk_spp"]), *arrays)
+        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+            return None
 
 
 def tile_means(values: Floats, shape: tuple[int, ...]) -> Floats:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import gc
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import drjit as dr
@@ -14,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.loop import ProgressCallback, render_view
-from tracer.scene import Size, View, open_scene
+from tracer.scene import Size, open_scene, resize_film
 from tracer.settings import make_settings
 from tracer.source import load
 
@@ -50,27 +51,63 @@ class Setting:
     integrator: str | None = None
     size: Size = None
 
-    def open(self, stack: ExitStack, source: Any = None) -> View:
-        """Open the scene, or the same from another ``source``, until ``stack`` closes."""
-        scene = self.source if source is None else source
-        return stack.enter_context(open_scene(scene, self.sensor, self.integrator, self.size))
+
+class Studio:
+    """One scene, open for all methods.
+
+    They share shapes, emitters and integrator: every copy of a scene that is loaded slows down all others, as Dr.Jit
+    calls a method of any shape through a table of all shapes there are. A sampler belongs to a sensor, so each sampler
+    has a sensor of its own, taken from a copy that is let go.
+    """
+
+    def __init__(self, stack: ExitStack, setting: Setting, samplers: Iterable[str] = ()) -> None:
+        """Open ``setting`` until ``stack`` closes. Raises SceneError or SettingsError."""
+        sensors = {sampler: borrow_sensor(setting, sampler) for sampler in samplers}
+        gc.collect()  # the copies, which hold on to one another
+        self.view = stack.enter_context(open_scene(setting.source, setting.sensor, setting.integrator, setting.size))
+        self.views = {sampler: replace(self.view, sensor=sensor) for sampler, sensor in sensors.items()}
+
+    def own(self, progress: ProgressCallback | None = None, **settings: Any) -> Method:
+        """Return a rendering by our loop with these ``settings``."""
+        view = self.view
+
+        def render(spp: int, seed: int) -> Shot:
+            start = time.perf_counter()
+            result = render_view(view, make_settings(spp=spp, seed=seed, **settings), progress)
+            seconds = time.perf_counter() - start
+            if not result.report.complete:
+                raise KeyboardInterrupt
+            samples = sum(one.samples for one in result.report.rounds)
+            counts = result.samples.astype(np.float32)
+            return Shot(view.rgb(result.image), counts, samples, seconds, result.report.seconds_drawing)
+
+        return render
+
+    def stock(self, sampler: str | None) -> Method:
+        """Return a rendering by ``mi.render`` with one of the samplers given, or with the scene's own."""
+        view = self.view if sampler is None else self.views[sampler]
+        inside = view.sensor.sampler()
+
+        def render(spp: int, seed: int) -> Shot:
+            start = time.perf_counter()
+            with dr.suspend_grad(), quiet():
+                image = np.array(view.integrator.render(view.scene, sensor=view.sensor, seed=seed, spp=spp))
+            seconds = time.perf_counter() - start
+            used = inside.sample_count()
+            # Mitsuba leaves the sampler's last state scheduled: the next evaluation, in another method's time, would
+            # trace the whole picture again to know it. With a new state it is forgotten.
+            inside.seed(0, 1)
+            counts = np.full(view.size, used, np.float32)
+            return Shot(view.rgb(image), counts, used * view.pixel_count, seconds, seconds)
+
+        return render
 
 
-def open_own(stack: ExitStack, setting: Setting, progress: ProgressCallback | None = None, **settings: Any) -> Method:
-    """Return a rendering by our loop with these ``settings``."""
-    view = setting.open(stack)
-
-    def render(spp: int, seed: int) -> Shot:
-        start = time.perf_counter()
-        result = render_view(view, make_settings(spp=spp, seed=seed, **settings), progress)
-        seconds = time.perf_counter() - start
-        if not result.report.complete:
-            raise KeyboardInterrupt
-        samples = sum(one.samples for one in result.report.rounds)
-        counts = result.samples.astype(np.float32)
-        return Shot(view.rgb(result.image), counts, samples, seconds, result.report.seconds_drawing)
-
-    return render
+def borrow_sensor(setting: Setting, sampler: str) -> Any:
+    """Return a sensor like that of ``setting`` with another sampler. Raises SceneError if it has none to replace."""
+    sensor = load(setting.source, sampler=sampler).sensors()[setting.sensor]
+    resize_film(sensor, setting.size)
+    return sensor
 
 
 @contextmanager
@@ -82,26 +119,3 @@ def quiet() -> Iterator[None]:
         yield
     finally:
         mi.set_log_level(before)
-
-
-def open_stock(stack: ExitStack, setting: Setting, sampler: str | None) -> Method:
-    """Return a rendering by ``mi.render`` with ``sampler`` in place of the scene's, or with the scene's own.
-
-    Raises SceneError if the scene has a sensor without a sampler to put another one in the place of.
-    """
-    view = setting.open(stack, load(setting.source, sampler=sampler))
-    inside = view.sensor.sampler()
-
-    def render(spp: int, seed: int) -> Shot:
-        start = time.perf_counter()
-        with dr.suspend_grad(), quiet():
-            image = np.array(view.integrator.render(view.scene, sensor=view.sensor, seed=seed, spp=spp))
-        seconds = time.perf_counter() - start
-        used = inside.sample_count()
-        # Mitsuba leaves the sampler's last state scheduled: the next evaluation, in another method's time, would trace
-        # the whole picture again to know it. With a new state it is forgotten.
-        inside.seed(0, 1)
-        counts = np.full(view.size, used, np.float32)
-        return Shot(view.rgb(image), counts, used * view.pixel_count, seconds, seconds)
-
-    return render

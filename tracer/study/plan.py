@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import itertools
 import tomllib
 from dataclasses import dataclass
@@ -32,7 +33,7 @@ class Part(BaseModel):
 class ScenePlan(Part):
     """One scene, or all that match a pattern."""
 
-    path: str | None = None
+    path: str | None = Field(None, min_length=1)
     """Scene file, relative to the plan's ``folder``; a pattern such as "*/scene.xml" stands for all that match."""
     bundled: str | None = None
     """Instead of ``path``: the name of a scene that comes with tracer, or "*" for all of them."""
@@ -74,7 +75,7 @@ class Budget:
     @property
     def label(self) -> str:
         """What people and files call it."""
-        return f"{self.amount:g} spp" if self.kind == "spp" else f"{self.amount:g} s"
+        return f"{self.amount:.12g} {'spp' if self.kind == 'spp' else 's'}"
 
 
 @dataclass(frozen=True)
@@ -101,8 +102,8 @@ class Plan(Part):
     """Budgets in samples per pixel."""
     seconds: list[float] = []
     """Budgets in seconds."""
-    seeds: int = Field(5, ge=1)
-    first_seed: int = Field(0, ge=0)
+    seeds: int = Field(5, ge=1, le=2**16)
+    first_seed: int = Field(0, ge=0, lt=2**32 - 2**16)
     criteria: list[str] = []
     """Python files, from the folder of the TOML file, with criteria that do not come with tracer."""
     baseline: str | None = None
@@ -152,7 +153,8 @@ class Plan(Part):
         pattern = entry.path or f"{entry.bundled}.xml"
         folder = self.scene_folder if entry.path else Path(str(package_files("tracer.scenes")))
         direct = folder / pattern
-        paths = [direct] if direct.is_file() else sorted(folder.glob(pattern)) if "*" in pattern else []
+        paths = [direct] if direct.is_file() else sorted(map(Path, glob.glob(str(direct), recursive=True)))
+        paths = [path for path in paths if path.is_file()]
         key = "path" if entry.path else "bundled"
         if not paths:
             what = f"there is no scene file '{direct}'"
@@ -228,11 +230,11 @@ def import_criteria(plan: Plan) -> None:
     """Run the files with criteria that a plan names. Raises SettingsError."""
     for k, name in enumerate(plan.criteria):
         path = (plan._base or Path()) / name
+        if not path.is_file():
+            raise plan.origin.fault(f"there is no file '{path}'", ("criteria", k), name)
         try:
             criteria.import_file(path)
-        except FileNotFoundError:
-            raise plan.origin.fault(f"there is no file '{path}'", ("criteria", k), name) from None
-        except Exception as error:  # it is somebody else's program
+        except (Exception, SystemExit) as error:  # it is somebody else's program
             said = f"'{name}' does not run: {type(error).__name__}: {error}"
             raise plan.origin.fault(" ".join(said.split()), ("criteria", k), name) from None
 
@@ -254,8 +256,10 @@ def check_plan(plan: Plan) -> None:
         raise fault("there is no budget; add spp = [16, 64] or seconds = [1, 10]")
     for kind, amounts in (("spp", plan.spp), ("seconds", plan.seconds)):
         for k, amount in enumerate(amounts):
-            if amount <= 0:
+            if not 0 < amount < float("inf"):
                 raise fault(f"a budget must be above 0 (was {amount:g})", (kind, k), f"{amount:g}")
+            if amount in amounts[:k]:
+                raise fault(f"the budget {amount:g} is there twice", (kind, k), f"{amount:g}")
     for k, method in enumerate(plan.methods):
         if method.name in names[:k]:
             raise fault(f"two methods are named '{method.name}'; give one another name", ("methods", k, "name"))
@@ -274,9 +278,11 @@ def check_method(plan: Plan, method: MethodPlan, location: Location) -> None:
         if extra is not None:
             raise fault(f"plain mi.render (method '{method.name}') has no setting '{extra}'", (*location, extra))
         return
-    for spp in plan.spp or [64]:
+    # Budgets in seconds keep to the bounds of the method, so they are checked with some number that has room for them.
+    roomy = method.max_spp or max(3 * (method.pilot_spp or 1), method.min_spp or 1, 64)
+    for spp in plan.spp or [roomy]:
         try:
-            Settings(spp=max(spp, 1), **method.settings())
+            Settings(spp=spp, **method.settings())
         except ValidationError as error:
             detail = error.errors()[0]
             said = explain(detail)

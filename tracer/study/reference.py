@@ -10,29 +10,32 @@ from __future__ import annotations
 import hashlib
 import os
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
+import filelock
 import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from tracer import score
-from tracer.errors import SceneError
+from tracer import files, score
+from tracer.errors import OutputError, SceneError
 from tracer.loop import Rendering
 from tracer.scene import View
 from tracer.settings import make_settings
 from tracer.source import fingerprint
 from tracer.study.halves import Half
-from tracer.study.methods import Setting, open_stock
+from tracer.study.methods import Setting, Studio
 
 FORMAT = 1
 """Changed when kept halves must not be used any more."""
 FIRST_SEED = 1000003
 """Far from the seeds that are measured."""
+SAMPLER = "multijitter"
+"""Of the half by ``mi.render``."""
 CHUNK_SAMPLES = 2**24
 """Most samples of a chunk."""
 LEAST_CHUNKS = 4
@@ -121,25 +124,40 @@ def make_reference(setting: Setting, spp: int, progress: ReferenceCallback | Non
 
     Raises KeyboardInterrupt if ``progress`` stops it; the chunks that were finished are kept.
     """
-    folder = cache_folder() / cache_key(setting)
-    folder.mkdir(parents=True, exist_ok=True)
-    with ExitStack() as stack:
-        view = setting.open(stack)
-        chunk_spp = spp_of_chunk(view.pixel_count)
-        paths = [folder / "mitsuba.npz", folder / "tracer.npz"]
-        halves = [Half.load(path) if path.exists() else Half.empty(chunk_spp, *view.size) for path in paths]
-        wanted = max(LEAST_CHUNKS, -(-spp // (2 * chunk_spp)))
-        renderers: list[Callable[[Half, int], None]] = []
-        while (least := min(half.chunks for half in halves)) < wanted:
-            renderers = renderers or [by_mitsuba(stack, setting), by_tracer(view)]
-            for half, render, path, first_seed in zip(halves, renderers, paths, (0, 10**6), strict=True):
-                if half.chunks == least:
-                    render(half, FIRST_SEED + first_seed + least)
-                    half.save(path)
-                done = sum(min(one.chunks, wanted) for one in halves) * chunk_spp
-                if progress is not None and progress(done, 2 * wanted * chunk_spp) is False:
-                    raise KeyboardInterrupt
+    folder = prepare_cache() / cache_key(setting)
+    folder.mkdir(exist_ok=True)
+    paths = [folder / "mitsuba.npz", folder / "tracer.npz"]
+    with filelock.FileLock(folder / "lock"), ExitStack() as stack:
+        halves = [half for path in paths if (half := Half.load(path)) is not None]
+        if len(halves) == 2 and next_step(halves, spp) is None:
+            return Reference(*halves)
+        studio, sampler = open_studio(stack, setting)
+        chunk_spp = spp_of_chunk(studio.view.pixel_count)
+        halves = [Half.load(path) or Half.empty(chunk_spp, *studio.view.size) for path in paths]
+        adders = [by_mitsuba(studio, sampler), by_tracer(studio.view)]
+        while (step := next_step(halves, spp)) is not None:
+            adders[step](halves[step], FIRST_SEED + (0, 10**6)[step] + halves[step].chunks)
+            halves[step].save(paths[step])
+            if progress is not None and progress(sum(half.spp for half in halves), spp) is False:
+                raise KeyboardInterrupt
     return Reference(*halves)
+
+
+def next_step(halves: Sequence[Half], spp: int) -> int | None:
+    """Return which half is next to be added to, the one behind; None if there are ``spp`` of both together."""
+    behind = int(np.argmin([half.chunks for half in halves]))
+    enough = halves[behind].chunks >= LEAST_CHUNKS and 2 * halves[behind].spp >= spp
+    return None if enough else behind
+
+
+def prepare_cache() -> Path:
+    """Return the folder of kept references, which can be written in. Raises OutputError."""
+    folder = cache_folder()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"Cannot keep references in '{folder}': {error.strerror}; set TRACER_CACHE.") from None
+    return files.check_folder(folder)
 
 
 def spp_of_chunk(pixel_count: int) -> int:
@@ -148,13 +166,26 @@ def spp_of_chunk(pixel_count: int) -> int:
     return int(min(4 ** ((most.bit_length() - 1) // 2), 1024))
 
 
-def by_mitsuba(stack: ExitStack, setting: Setting) -> Callable[[Half, int], None]:
-    """Return a function that adds a chunk by ``mi.render`` with Mitsuba's best sampler for a known count."""
+def open_studio(stack: ExitStack, setting: Setting) -> tuple[Studio, str | None]:
+    """Open a scene with Mitsuba's best sampler for a known count, or its own where there is none to replace."""
     try:
-        method = open_stock(stack, setting, "multijitter")
+        return Studio(stack, setting, [SAMPLER]), SAMPLER
     except SceneError:
-        method = open_stock(stack, setting, None)
-    return lambda half, seed: half.add(method(half.chunk_spp, seed).image)
+        return Studio(stack, setting), None
+
+
+def by_mitsuba(studio: Studio, sampler: str | None) -> Callable[[Half, int], None]:
+    """Return a function that adds a chunk by ``mi.render``. Raises SceneError for pixels that are not finite."""
+    method = studio.stock(sampler)
+
+    def render(half: Half, seed: int) -> None:
+        image = method(half.chunk_spp, seed).image
+        bad = np.count_nonzero(~np.isfinite(image).all(axis=-1))
+        if bad:
+            raise SceneError(f"{bad} pixels of the reference by mi.render are not finite, so nothing can be scored.")
+        half.add(image)
+
+    return render
 
 
 def by_tracer(view: View) -> Callable[[Half, int], None]:

@@ -98,7 +98,8 @@ class Row:
     gain_trimmed: Interval | None
     """As gain_samples, of the trimmed relMSE."""
     oracle_share: float | None
-    """log(gain_samples) / log(limit); None for plain mi.render and where there is next to nothing to gain."""
+    """log(gain_samples) / log(limit), of methods that minimise the relative error, over a uniform baseline; None for
+    others, and where there is next to nothing to gain."""
     paired: bool
     """Whether all times were measured next to the baseline's, in the same run."""
     too_close: bool
@@ -112,6 +113,7 @@ class Mean:
     budget: str
     method: str
     scenes: int
+    """On how many scenes both it and the baseline were measured."""
     gain_samples: Interval
     gain_time: Interval
     gain_trimmed: Interval
@@ -151,8 +153,11 @@ class Results:
             if one.cell.scene == facts.name:
                 groups.setdefault((one.cell.budget.label, one.cell.method), {})[one.cell.seed] = one
         baseline = self.plan.compared_with
-        known = [one for (_, method), group in groups.items() if method == baseline for one in group.values()]
-        rate = error_rate([m.took.seconds for m in known], [m.scores.relative_mse for m in known])
+        known = [list(group.values()) for (_, method), group in groups.items() if method == baseline]
+        rate = error_rate(
+            [[one.took.seconds for one in group] for group in known],
+            [[one.scores.relative_mse for one in group] for group in known],
+        )
         rows = []
         order = [(budget.label, method.name) for budget in self.plan.budgets for method in self.plan.methods]
         for budget, method in order:
@@ -177,7 +182,9 @@ class Results:
         """Return the row of one method at one budget."""
         first = group[0].cell
         own = next(method for method in self.plan.methods if method.name == first.method)
-        adaptive = own.criterion is not None and first.method != self.plan.compared_with
+        against = next(method for method in self.plan.methods if method.name == self.plan.compared_with)
+        comparable = own.criterion not in (None, "uniform") and against.criterion == "uniform"
+        adaptive = comparable and own.objective == "relative"
         samples = float(np.mean([one.took.samples for one in group]))
         return Row(
             scene=first.scene,

@@ -13,8 +13,8 @@ import numpy as np
 
 from tracer import backend, score
 from tracer.study import cells, oracle, shoot
-from tracer.study.cells import Cell
-from tracer.study.check import check_study, prepare_output
+from tracer.study.cells import Cell, Took
+from tracer.study.check import check_study, count_scenes, one_at_a_time, prepare_output
 from tracer.study.methods import Shot
 from tracer.study.page.build import write_page
 from tracer.study.page.scene import ScenePictures, Shown
@@ -44,8 +44,9 @@ def run_study(plan: Plan, output: Path, progress: StepCallback | None = None, ov
     backend.activate()
     scenes = plan.find_scenes()
     check_study(plan, scenes)
-    prepare_output(plan, output, overwrite)
-    return Study(plan, scenes, output, progress).run()
+    with one_at_a_time(output):
+        prepare_output(plan, output, overwrite)
+        return Study(plan, scenes, output, progress).run()
 
 
 class Study:
@@ -62,7 +63,7 @@ class Study:
         self.done = 0
         self.text = ""
         self.page_written = time.monotonic()
-        self.on_page = 0
+        self.scenes_before = max(1, count_scenes(output))
 
     def run(self) -> Results:
         """Do scene after scene."""
@@ -77,20 +78,21 @@ class Study:
                 try:
                     self.measure(scene, [cell for block in blocks for cell in block])
                 except Exception as error:  # the other scenes can still be measured
-                    self.results.failures.append(shoot.failure(scene.name, "reference", "all", 0, error))
+                    self.results.failures.append(Failure(scene.name, "reference", "all", 0, shoot.one_line(error)))
                 self.results.finished = scene is self.scenes[-1]
-                write_results(self.output, self.results)
-                if time.monotonic() - self.page_written > PAGE_SECONDS:
-                    self.write_page()
+                self.write(time.monotonic() - self.page_written > PAGE_SECONDS)
         finally:
-            self.write_page()
+            self.write(page=True)
         return self.results
 
-    def write_page(self) -> None:
-        """Write the page of all scenes so far."""
-        if len(self.pictures) > self.on_page:
+    def write(self, page: bool) -> None:
+        """Write what there is; results of more scenes, from an earlier run, stay until there are as many again."""
+        if not (self.results.finished or len(self.results.scenes) >= self.scenes_before):
+            return
+        write_results(self.output, self.results)
+        if page:
             write_page(self.output / PAGE, self.results, self.pictures)
-            self.page_written, self.on_page = time.monotonic(), len(self.pictures)
+            self.page_written = time.monotonic()
 
     def tell(self, text: str, done: int, total: int) -> None:
         """Tell the caller of progress. Raises KeyboardInterrupt if it wants to stop."""
@@ -105,7 +107,7 @@ class Study:
 
     def measure(self, scene: Scene, wanted: Sequence[Cell]) -> None:
         """Score what was rendered of a scene against a reference that is good enough for it."""
-        there = [(cell, *cells.load(cell, self.output)) for cell in wanted if cells.is_kept(cell, self.output)]
+        there = [one for cell in wanted if (one := self.read(cell)) is not None]
         found = [one for one in there if self.is_finite(*one[:2])]
         if not found:
             return
@@ -121,6 +123,17 @@ class Study:
         self.results.scenes.append(facts)
         self.results.measurements += measured
         self.pictures.append(choose_pictures(self.plan, reference, measured, [shot for _, shot, _ in found]))
+
+    def read(self, cell: Cell) -> tuple[Cell, Shot, Took] | None:
+        """Return the picture of a cell, None if there is none; one that is damaged is removed, to be made again."""
+        if not cells.is_kept(cell, self.output):
+            return None
+        try:
+            return cell, *cells.load(cell, self.output)
+        except Exception as error:
+            cell.path(self.output).unlink()
+            self.results.failures.append(shoot.failure(cell, error))
+            return None
 
     def is_finite(self, cell: Cell, shot: Shot) -> bool:
         """Return whether a picture can be scored; if not, that is a failure."""

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from tracer import files, score
+import numpy as np
+
+from tracer import files, objective, score
 from tracer.score import Scores
 from tracer.study.cells import Cell, hash_of
 from tracer.study.reference import Reference
@@ -18,7 +21,8 @@ class ScoreBook:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.code = hash_of([Path(score.__file__)])
+        self.code = hash_of([Path(score.__file__), Path(objective.__file__)])
+        self.last: tuple[Reference, str] | None = None
         self.known: dict[str, Any] = {}
         if path.exists():
             try:
@@ -28,10 +32,17 @@ class ScoreBook:
 
     def scores(self, cell: Cell, image: Any, reference: Reference) -> Scores:
         """Return the scores of the picture of a cell."""
-        name = f"{cell.key} {reference.spp} {self.code}"
+        name = f"{cell.key} {self.identity(reference)} {self.code}"
         if name not in self.known:
             self.known[name] = asdict(score.all_scores(image, reference.image))
         return Scores(**self.known[name])
+
+    def identity(self, reference: Reference) -> str:
+        """Return a hash of the pixels of a reference."""
+        if self.last is None or self.last[0] is not reference:
+            pixels = np.ascontiguousarray(reference.image).tobytes()
+            self.last = (reference, hashlib.sha256(pixels).hexdigest()[:16])
+        return self.last[1]
 
     def save(self) -> None:
         """Write the file."""

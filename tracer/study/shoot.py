@@ -9,12 +9,12 @@ from pathlib import Path
 from tracer.errors import TracerError
 from tracer.loop import Progress
 from tracer.study.cells import Cell, is_kept, store
-from tracer.study.methods import Method, Shot, open_own, open_stock
+from tracer.study.methods import Method, Shot, Studio
 from tracer.study.plan import Budget, MethodPlan, Plan, Scene
 from tracer.study.results import Failure
 
-WARM_UP_SPP = 12
-"""Enough for a round that adapts, so that all kernels of ours are compiled before anything is timed."""
+WARM_UP_SPP = 40
+"""Enough for a round that adapts, unbiased or not, so that all kernels of ours are compiled."""
 FASTEST_GROWTH = 8
 """Most by which the next trial's samples exceed the last one's while the pace of a method is found."""
 TRIALS = 8
@@ -29,99 +29,101 @@ Told = Callable[[Cell | None, str], None]
 def shoot(plan: Plan, scene: Scene, blocks: list[list[Cell]], output: Path, run: str, told: Told) -> list[Failure]:
     """Render what is missing; return what could not be rendered.
 
-    Within a block all methods follow one another, so that a machine that changes speed does so for all of them.
+    All methods are opened and their kernels compiled before any is timed. Within a block they follow one another, so
+    that a machine that changes speed does so for all of them.
     """
-    missing = [[cell for cell in block if not is_kept(cell, output)] for block in blocks]
-    needed = {cell.method for block in missing for cell in block}
+    missing = [cell for block in blocks for cell in block if not is_kept(cell, output)]
+    wanted = [method for method in plan.methods if any(cell.method == method.name for cell in missing)]
     failures: list[Failure] = []
+    if not missing:
+        return failures
     with ExitStack() as stack:
-        opened: dict[str, Opened] = {}
-        for method in plan.methods:
-            if method.name in needed:
-                opened[method.name] = Opened(stack, scene, method, told)
-        for block in missing:
-            for cell in block:
-                told(None, f"{scene.name}: {cell.method}, {cell.budget.label}, seed {cell.seed}")
-                try:
-                    shot, spp = opened[cell.method].shoot(cell)
-                    store(cell, output, shot, spp, run)
-                except Exception as error:  # whatever it is, the other cells can still be measured
-                    failures.append(failure(cell.scene, cell.method, cell.budget.label, cell.seed, error))
-                told(cell, f"{scene.name}: {cell.method}, {cell.budget.label}, seed {cell.seed}")
+        try:
+            studio = Studio(stack, scene.setting, [one.sampler for one in wanted if one.sampler is not None])
+        except Exception as error:  # whatever it is, the other scenes can still be measured
+            return [failure(cell, error) for cell in missing]
+        opened = {method.name: Opened(studio, method, told) for method in wanted}
+        for name, method in opened.items():
+            told(None, f"{scene.name}: {name}, warming up")
+            method.prepare({cell.budget for cell in missing if cell.method == name})
+        for cell in missing:
+            text = f"{scene.name}: {cell.method}, {cell.budget.label}, seed {cell.seed}"
+            told(None, text)
+            try:
+                shot, spp = opened[cell.method].shoot(cell)
+                store(cell, output, shot, spp, run)
+            except Exception as error:
+                failures.append(failure(cell, error))
+            told(cell, text)
     return failures
 
 
-def failure(scene: str, method: str, budget: str, seed: int, error: Exception) -> Failure:
-    """Return the record of something that failed, with why in one line."""
+def failure(cell: Cell, error: Exception) -> Failure:
+    """Return the record of a cell that failed."""
+    return Failure(cell.scene, cell.method, cell.budget.label, cell.seed, one_line(error))
+
+
+def one_line(error: Exception) -> str:
+    """Return what an error says, in one line, with its kind unless it is one of ours."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     message = lines[0] if lines else type(error).__name__
-    if not isinstance(error, TracerError):
-        message = f"{type(error).__name__}: {message}"
-    return Failure(scene, method, budget, seed, message)
+    return message if isinstance(error, TracerError) else f"{type(error).__name__}: {message}"
 
 
 class Opened:
-    """A method on a scene; it is opened, and its kernels compiled, when it is first needed."""
+    """A method on an open scene, and what was found out about it before anything is timed."""
 
-    def __init__(self, stack: ExitStack, scene: Scene, plan: MethodPlan, told: Told) -> None:
-        self.stack, self.scene, self.plan, self.told = stack, scene, plan, told
-        self.method: Method | None = None
-        self.warm: set[int] = set()
-        """Samples per pixel for which kernels are compiled."""
-        self.paces: dict[Budget, int] = {}
+    def __init__(self, studio: Studio, plan: MethodPlan, told: Told) -> None:
+        self.studio, self.plan, self.told = studio, plan, told
+        self.spps: dict[Budget, int] = {}
+        """Samples per pixel that each budget buys."""
         self.broken: Exception | None = None
-        """Why it could not be opened: its other cells need not try again."""
+        """Why it does not render: its cells need not try again."""
+
+    def prepare(self, budgets: set[Budget]) -> None:
+        """Compile all kernels, and find what budgets in seconds buy."""
+        try:
+            self.method = self.open()
+            if self.plan.criterion is not None:
+                steady_seconds(self.method, self.clamp(max(WARM_UP_SPP, 3 * (self.plan.pilot_spp or 1))))
+            for budget in sorted(budgets, key=lambda one: one.amount):
+                self.spps[budget] = int(budget.amount) if budget.kind == "spp" else self.find_spp(budget.amount)
+                if self.plan.criterion is None:
+                    # Mitsuba's samplers need other kernels for every count, ours the same for all.
+                    steady_seconds(self.method, self.spps[budget])
+        except Exception as error:
+            self.broken = error
+
+    def open(self) -> Method:
+        """Return the method."""
+        if self.plan.criterion is None:
+            return self.studio.stock(self.plan.sampler)
+        return self.studio.own(self.passed, **self.plan.settings())
 
     def shoot(self, cell: Cell) -> tuple[Shot, int]:
         """Return the picture of a cell and the samples per pixel that were asked for."""
         if self.broken is not None:
             raise self.broken
-        try:
-            method = self.ready()
-        except Exception as error:
-            self.broken = error
-            raise
-        spp = self.find_spp(method, cell.budget)
-        self.warm_up(method, spp)
-        return method(spp, cell.seed), spp
-
-    def ready(self) -> Method:
-        """Return the method, opened."""
-        if self.method is None:
-            if self.plan.criterion is None:
-                self.method = open_stock(self.stack, self.scene.setting, self.plan.sampler)
-            else:
-                self.method = open_own(self.stack, self.scene.setting, self.passed, **self.plan.settings())
-        return self.method
+        spp = self.spps[cell.budget]
+        return self.method(spp, cell.seed), spp
 
     def passed(self, progress: Progress) -> None:
         """Let the person stop within a picture."""
         self.told(None, "")
 
-    def warm_up(self, method: Method, spp: int) -> None:
-        """Compile the kernels: Mitsuba's samplers need others for every count, ours the same for all."""
-        if self.plan.criterion is not None:
-            if self.warm:
-                return
-            least = max(self.plan.min_spp or 1, 2 * (self.plan.pilot_spp or 1), WARM_UP_SPP)
-            spp = min(spp, least)
-        if spp not in self.warm:
-            steady_seconds(method, spp)
-            self.warm.add(spp)
+    def find_spp(self, seconds: float) -> int:
+        """Return the samples per pixel that take ``seconds``: trials go on until one takes about as long."""
+        spp = self.clamp(WARM_UP_SPP)
+        for _ in range(TRIALS):
+            pace = seconds / steady_seconds(self.method, spp)
+            before, spp = spp, self.clamp(max(1, round(spp * min(pace, FASTEST_GROWTH))))
+            if abs(pace - 1) < TRUSTED or spp == before:
+                break
+        return spp
 
-    def find_spp(self, method: Method, budget: Budget) -> int:
-        """Return the samples per pixel that a budget buys: trials go on until one takes about as long."""
-        if budget.kind == "spp":
-            return int(budget.amount)
-        if budget not in self.paces:
-            spp = max(self.plan.min_spp or 1, WARM_UP_SPP)
-            for _ in range(TRIALS):
-                pace = budget.amount / steady_seconds(method, spp)
-                spp = max(1, round(spp * min(pace, FASTEST_GROWTH)))
-                if abs(pace - 1) < TRUSTED:
-                    break
-            self.paces[budget] = spp
-        return self.paces[budget]
+    def clamp(self, spp: int) -> int:
+        """Return the number nearest to ``spp`` that the method can render with."""
+        return max(min(spp, self.plan.max_spp or spp), self.plan.min_spp or 1, self.plan.pilot_spp or 1)
 
 
 def steady_seconds(method: Method, spp: int) -> float:

@@ -103,9 +103,16 @@ def gains(results: Results, rows: Sequence[Row], means: Sequence[Mean], budget: 
     overall = {mean.method: mean for mean in means if mean.budget == budget}
     captions = {"gain_samples": "equal samples", "gain_trimmed": "equal samples, trimmed", "gain_time": "equal time"}
     for field, caption in captions.items():
-        values = [bounds(getattr(overall[method], field)) if method in overall else "–" for method in methods]
+        values = [mean_text(overall.get(method), field, len(results.scenes)) for method in methods]
         lines.append([f"**geometric mean, {caption}**", *(f"**{value}**" for value in values), ""])
     return markdown_table([f"{budget}, relMSE of {baseline} over that of", *methods, "oracle"], lines)
+
+
+def mean_text(mean: Mean | None, field: str, scenes: int) -> str:
+    """Return a mean over scenes as text, with their number if it is not all of them."""
+    if mean is None:
+        return "–"
+    return bounds(getattr(mean, field)) + ("" if mean.scenes == scenes else f" ({mean.scenes} of {scenes} scenes)")
 
 
 def seconds(rows: Sequence[Row]) -> str:
@@ -154,7 +161,8 @@ def legend(results: Results) -> str:
         "0.1 % of the pixels that err most. PSNR and SSIM: as a screen shows it. FLIP: HDR-FLIP at the reference's "
         "exposures. bias: mean signed error over the mean of the reference. drawing: share of the seconds in which "
         f"samples were drawn. gain: relMSE of {results.plan.compared_with} over that of the method, ratio of means "
-        "over seeds, with its 95 % bootstrap interval over seeds; at equal time the error of the baseline is taken to "
+        "over seeds, with its 95 % bootstrap interval over seeds (expanded percentiles; with fewer than five "
+        "seeds it is too narrow); at equal time the error of the baseline is taken to "
         "fall with its time at the rate that its budgets show. of oracle: log(gain) over the log of what an oracle "
         f"could gain. {CLOSE_MARK}: the error is less than ten times that of the reference (RMS), so it is a little "
         f"less than measured. {UNPAIRED_MARK}: some times were not measured next to the baseline's.\n"

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import json
-import platform
 import sys
 from dataclasses import asdict
 from pathlib import Path
@@ -14,7 +13,7 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from tracer import backend, files
+from tracer import files
 from tracer.metadata import version
 from tracer.study.results import SCORES, Measurement, Results
 from tracer.study.tables import markdown
@@ -27,15 +26,14 @@ SCHEMA = 1
 
 def write_results(output: Path, results: Results) -> None:
     """Write all files but the page."""
-    record = {**conditions(), **numbers(results)}
+    record = {**conditions(results), **numbers(results)}
     files.write_text(output / "results.json", json.dumps(finite(record), indent=1, allow_nan=False) + "\n")
     files.write_text(output / "results.csv", as_csv(results))
     files.write_text(output / "results.md", f"{head(results)}\n\n{markdown(results)}")
 
 
-def conditions() -> dict[str, Any]:
-    """Return command, versions and machine."""
-    machine = {"processor": backend.processor(), "threads": backend.thread_count(), "system": platform.system()}
+def conditions(results: Results) -> dict[str, Any]:
+    """Return command, versions and the machines that the times are of."""
     command = " ".join(["tracer", *sys.argv[1:]])
     return {
         "schema": SCHEMA,
@@ -43,17 +41,17 @@ def conditions() -> dict[str, Any]:
         "mitsuba": mi.__version__,
         "variant": mi.variant(),
         "command": command,
-        "machine": machine,
+        "machines": sorted({one.took.machine for one in results.measurements}),
     }
 
 
 def head(results: Results) -> str:
     """Return one line that says what made the numbers."""
-    made = conditions()
-    machine, plan = made["machine"], results.plan
+    made = conditions(results)
+    plan = results.plan
     last = plan.first_seed + plan.seeds - 1
     seeds = f"seed {last}" if plan.seeds == 1 else f"seeds {plan.first_seed} to {last}"
-    return f"`{made['command']}`, {machine['processor']}, {machine['threads']} threads, {seeds}"
+    return f"`{made['command']}`, {'; '.join(made['machines'])}, {seeds}"
 
 
 def numbers(results: Results) -> dict[str, Any]:
@@ -84,6 +82,7 @@ def flat(one: Measurement) -> dict[str, Any]:
         "seconds": took.seconds,
         "seconds_drawing": took.seconds_drawing,
         "run": took.run,
+        "machine": took.machine,
         **{name: getattr(one.scores, name) for name in SCORES},
         "too_close": one.too_close,
     }

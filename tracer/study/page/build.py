@@ -42,7 +42,7 @@ def build_page(results: Results, pictures: Sequence[ScenePictures]) -> str:
         plan=results.plan,
         baseline=results.plan.compared_with,
         finished=results.finished,
-        made=conditions(),
+        made=conditions(results),
         style=(folder / "style.css").read_text(encoding="utf-8"),
         scripts=[(folder / name).read_text(encoding="utf-8") for name in ("pixels.js", "viewer.js", "table.js")],
         means=[mean for mean in means if mean.method != results.plan.compared_with],

@@ -32,6 +32,7 @@ def encode_words(words: NDArray[np.uint16]) -> str:
 
 def reduce(values: NDArray, factor: int) -> NDArray:
     """Return ``values`` (H, W, ...) averaged over squares of ``factor`` pixels a side; a rest at the edges is cut."""
+    factor = min(factor, *values.shape[:2])
     if factor == 1:
         return values
     height, width = (size // factor for size in values.shape[:2])

@@ -61,7 +61,7 @@ function paintPicture(pixels, values, stops) {
   for (let k = 0, pixel = 0; k < values.length; k += 3, pixel += 4) {
     for (let channel = 0; channel < 3; channel++) {
       const x = values[k + channel] * gain;
-      pixels[pixel + channel] = 255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055) + 0.5;
+      pixels[pixel + channel] = 255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055); // the array rounds
     }
     pixels[pixel + 3] = 255;
   }

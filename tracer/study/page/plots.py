@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import io
 from collections.abc import Sequence
 from typing import Any
@@ -51,7 +52,8 @@ def convergence(rows: Sequence[Row], scene: str) -> str:
         figure.savefig(text, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
     drawing = text.getvalue()
     drawing = drawing[drawing.index("<svg") :].replace(INK, "currentColor")
-    label = f'role="img" aria-label="relMSE of every method on {scene} over samples per pixel and over seconds"'
+    name = html.escape(scene)
+    label = f'role="img" aria-label="relMSE of every method on {name} over samples per pixel and over seconds"'
     return drawing.replace("<svg", f"<svg {label}", 1)
 
 

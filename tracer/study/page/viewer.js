@@ -58,12 +58,14 @@ function shownMethods() {
 /** Make the panes that the arrangement needs. */
 function arrange() {
   const methods = shownMethods(), columns = state.mode === "side" ? Math.min(4, Math.ceil(Math.sqrt(methods.length))) : 1;
+  const focused = byId("panes").contains(document.activeElement);
   byId("panes").style.gridTemplateColumns = `repeat(${columns}, 1fr)`;
-  byId("panes").replaceChildren(...methods.map(() => byPane()));
-  panes = [...byId("panes").children].map((element, k) => ({ element, canvas: element.firstChild, captions: [...element.querySelectorAll(".caption")], method: methods[k] }));
+  byId("panes").replaceChildren(...methods.map(() => makePane()));
+  panes = [...byId("panes").children].map((element, k) => ({ canvas: element.firstChild, captions: [...element.querySelectorAll(".caption")], method: methods[k] }));
+  if (focused) panes[0].canvas.focus();
 }
 
-function byPane() {
+function makePane() {
   const element = Object.assign(document.createElement("div"), { className: "pane" });
   const canvas = Object.assign(document.createElement("canvas"), { tabIndex: 0 });
   canvas.setAttribute("role", "img");
@@ -255,7 +257,9 @@ function button(text, title, data, action) {
 function buildMethods() {
   const names = scene().methods.map((one) => one.name);
   const buttons = names.map((name, k) => button(name, k < 9 ? `${k + 1}` : "", { method: k }, () => { state.method = k; }));
+  const focused = document.activeElement.dataset.method;
   byId("methods").replaceChildren(...buttons, button("reference", "R", { method: REFERENCE }, () => { state.method = REFERENCE; }));
+  if (focused !== undefined) (byId("methods").querySelector(`[data-method="${focused}"]`) || byId("methods").lastChild).focus();
   byId("against").replaceChildren(...[...names.keys(), REFERENCE].map((k) => new Option(nameOf(k), String(k))));
 }
 
