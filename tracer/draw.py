@@ -133,12 +133,17 @@ def draw(view: View, sampler: Any, seed: Any, pixel: Any, index: Any, differenti
     return Samples(view.to_channels(weight * radiance, valid, ray.wavelengths) + list(aovs), position)
 
 
+HIDES_ARRAYS = ("ThinLensCamera",)
+"""Plugins of Mitsuba 3.9 that hide arrays from Dr.Jit."""
+
+
 class Recorded:
     """``draw`` of one view as a function of (seed, pixel, index, differential_scale).
 
     It evaluates what it returns. Dr.Jit traces it once or twice and then launches the kernels it recorded: to trace a
     scene of many shapes takes as long as to draw 10^5 samples. ``pixel`` and ``index`` may be of any width. A plugin
-    that hides arrays from Dr.Jit (``thinlens`` in Mitsuba 3.9) cannot be recorded and is traced for every pass.
+    that hides arrays from Dr.Jit cannot be recorded and is traced for every pass; as that is found out only when the
+    first pass was drawn for nothing, those known to do so (HIDES_ARRAYS) are not tried.
     """
 
     def __init__(self, view: View, sampler: Any) -> None:
@@ -152,7 +157,7 @@ class Recorded:
             return samples.values, samples.position
 
         self.held, self.trace, self.record = held, trace, dr.freeze(trace)
-        self.recordable = True
+        self.recordable = view.sensor.class_name() not in HIDES_ARRAYS
 
     def __call__(self, *arguments: Any) -> Samples:
         """Draw, see ``draw`` for the arguments."""
