@@ -9,13 +9,15 @@ from tracer import draw
 from tracer.scene import open_scene
 
 
-@pytest.mark.parametrize("sensor", ["perspective", "thinlens"])
-def test_recorded_samples_are_those_that_are_traced(sensor):
+@pytest.mark.parametrize(("sensor", "known"), [("perspective", True), ("thinlens", True), ("thinlens", False)])
+def test_recorded_samples_are_those_that_are_traced(sensor, known, monkeypatch):
     scene = mi.cornell_box()
     scene["sensor"]["film"] |= {"width": 8, "height": 8}
     scene["sensor"]["type"] = sensor
     if sensor == "thinlens":  # cannot be recorded by Mitsuba 3.9
         scene["sensor"] |= {"aperture_radius": 0.3, "focus_distance": 4.0}
+    if not known:  # found out when it fails
+        monkeypatch.setattr(draw, "HIDES_ARRAYS", ())
     sampler = mi.load_dict({"type": "owen_sobol"})
     scale = dr.opaque(mi.Float, 0.25)
     with open_scene(scene) as view:
