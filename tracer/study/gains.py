@@ -70,8 +70,8 @@ def percentiles(value: float, resampled: Floats, seeds: int) -> Interval:
     """Return the expanded percentile interval (Hesterberg 2015, section 5.3); unknown from one seed.
 
     The outer percentiles of few seeds are too narrow, as resamples spread less than Student's t: they are taken further
-    out by as much as a normal interval would have to be. Five seeds of log-normal errors then cover some 92 % (measured
-    in the tests), three some 85 %, and two about half.
+    out by as much as a normal interval would have to be. Of 2000 intervals over log-normal errors 92 % then
+    held the true ratio with five seeds, 73 % with three, 48 % with two, and 94 % with forty.
     """
     if seeds < 2 or np.ptp(resampled) == 0:
         return Interval(value, float("nan"), float("nan"))

@@ -43,7 +43,8 @@ def convergence(rows: Sequence[Row], scene: str) -> str:
             axes.set(xscale="log", yscale="log", xlabel=label)
             axes.grid(True, which="both", color=INK, alpha=0.12, lw=0.6)
             axes.set_facecolor("none")
-            tidy(axes.xaxis)
+        tidy(left.xaxis, [float(row.budget.split()[0]) for row in rows if row.budget.endswith("spp")])
+        tidy(right.xaxis)
         left.set_ylabel("relMSE")
         legend = figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
         legend.set_in_layout(True)
@@ -57,10 +58,12 @@ def convergence(rows: Sequence[Row], scene: str) -> str:
     return drawing.replace("<svg", f"<svg {label}", 1)
 
 
-def tidy(axis: Any) -> None:
-    """Write 1, 2, 5, 10 and so on as plain numbers, and nothing between them."""
-    from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
+def tidy(axis: Any, places: Sequence[float] = ()) -> None:
+    """Write plain numbers at ``places``, or at 1, 2, 5, 10 and so on, and nothing between them."""
+    from matplotlib.ticker import FixedLocator, LogLocator, NullFormatter, NullLocator, ScalarFormatter
 
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_locator(FixedLocator(sorted(set(places))) if places else LogLocator(subs=(1.0, 2.0, 5.0)))
     axis.set_major_formatter(ScalarFormatter())
     axis.set_minor_formatter(NullFormatter())
+    if places:
+        axis.set_minor_locator(NullLocator())

@@ -122,7 +122,8 @@ function drawPane({ canvas, captions, method }, data) {
 function caption(method) {
   if (method === REFERENCE) return "reference";
   const layer = state.layer === "picture" ? "" : ` · ${state.layer === "error" ? "relative error" : "samples per pixel"}`;
-  return `${nameOf(method)} · ${scene().caption} · ${scene().methods[method].score}${layer}`;
+  const made = state.mode === "side" ? "" : ` · ${scene().caption}`;
+  return `${nameOf(method)}${made} · ${scene().methods[method].score}${layer}`;
 }
 
 /** Return where the picture lies on a canvas: left and top edge, and screen pixels a picture pixel. */
