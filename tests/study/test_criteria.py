@@ -20,7 +20,7 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.setattr(registry, "registered", dict(registry.registered))
     (tmp_path / "darkness.py").write_text(re.search(r"```python\n(.*?)```", TUTORIAL, re.DOTALL)[1])
     plan = re.search(r"```toml\n(.*?)```", TUTORIAL, re.DOTALL)[1]
-    plan = plan.replace("size = 128", "size = 16").replace("[16, 64]", "[16]").replace("seeds = 3", "seeds = 1")
+    plan = plan.replace("size = 128", "size = 12").replace("[16, 64]", "[16]").replace("seeds = 3", "seeds = 1")
     (tmp_path / "mine.toml").write_text("reference_spp = 9000\n" + plan)
     return tmp_path
 
