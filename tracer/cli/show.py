@@ -51,5 +51,7 @@ def study_tables(results: Results) -> None:
         ]
         headings = ("budget", "method", "gain, samples", "gain, time", "worst")
         simple_table(headings, lines, "geometric mean over scenes")
+    if results.kept:
+        console.print(f"{results.kept} pictures were kept from an earlier run")
     for one in results.failures:
         console.print(f"failed: {one.scene}, {one.method}, {one.budget}, seed {one.seed}: {one.message}")

@@ -17,7 +17,7 @@ from tracer.study.page.encode import encode_counts, encode_picture, reduce
 from tracer.study.page.plots import convergence
 from tracer.study.page.scene import ScenePictures, Shown
 from tracer.study.picture import relative_error, write_panels
-from tracer.study.results import CLOSE, Results, Row, SceneFacts
+from tracer.study.results import Results, Row, SceneFacts
 from tracer.study.tables import HEADINGS, bounds, cells, legend
 from tracer.study.write import conditions, finite
 
@@ -61,9 +61,8 @@ def build_page(results: Results, pictures: Sequence[ScenePictures]) -> str:
             }
             for facts, one, shown in zip(results.scenes, pictures, scenes, strict=True)
         ],
-        close=CLOSE,
         failures=results.failures,
-        data=json.dumps(finite({"scenes": scenes, "baseline": results.plan.compared_with, "colours": colours()})),
+        data=json.dumps(finite({"scenes": scenes, "colours": colours()})),
         blocks=blocks,
     )
 
