@@ -90,3 +90,20 @@ def test_rounding_is_seeded():
     first, second = (budget.round_to_total(counts, 250, np.random.default_rng(7)) for _ in range(2))
     assert np.array_equal(first, second)
     assert not np.array_equal(first, budget.round_to_total(counts, 250, np.random.default_rng(8)))
+
+
+@given(
+    drawn=hnp.arrays(np.uint32, (20,), elements=st.integers(0, 9)),
+    priority=hnp.arrays(np.float64, (20,), elements=st.floats(0, 9)),
+    more=st.integers(0, 2000),
+)
+def test_serving_adds_up_and_takes_nothing_away(drawn, priority, more):
+    total = int(drawn.sum()) + more
+    if total > 20 * 64:
+        with pytest.raises(BudgetError):
+            budget.serve(priority, total, drawn, 64)
+        return
+    counts = budget.serve(priority, total, drawn, 64)
+    assert counts.sum() == total
+    assert np.all(counts >= drawn)
+    assert counts.max() <= 64

@@ -65,10 +65,10 @@ def test_statistics_are_those_of_numpy(cornell):
             own = values[pixel == k].astype(np.float64)
             assert np.array_equal(np.sort(index[pixel == k]), np.arange(counts.flat[k]))
             if len(own):
-                assert statistics.mean.reshape(-1, 3)[k] == pytest.approx(own.mean(axis=0), rel=1e-12)
+                assert statistics.mean.reshape(-1, 3)[k] == pytest.approx(own.mean(axis=0), rel=1e-6)
             if len(own) > 1:
                 expected = own.var(axis=0, ddof=1)
-                assert statistics.variance.reshape(-1, 3)[k] == pytest.approx(expected, rel=1e-9, abs=1e-15)
+                assert statistics.variance.reshape(-1, 3)[k] == pytest.approx(expected, rel=1e-6, abs=1e-15)
 
 
 def test_the_split_into_passes_and_rounds_changes_no_bit(cornell):
@@ -91,7 +91,7 @@ def test_samples_that_are_not_finite_are_counted_and_left_out(cornell):
         window = draw.Line(np.array([3, 2], np.uint32), np.zeros(2, np.uint32)).take(5)
         values = [mi.Float([1, np.nan, 3, np.inf, np.nan]), mi.Float([1, 1, 3, 1, 1]), mi.Float([2, 1, 4, 1, 1])]
         estimate = Estimate(view)
-        estimate.add(window, draw.Samples(values, dr.full(mi.Point2f, 0.5, 5)))
+        estimate.add(window, draw.Samples(values, dr.full(mi.Point2f, 0.5, 5), dr.ones(mi.Float, 5)))
         statistics, (image, stderr) = estimate.statistics(), estimate.develop()
     assert statistics.count.tolist() == [[2, 0]]
     assert statistics.invalid.tolist() == [[1, 2]]
@@ -109,7 +109,7 @@ def test_dense_pixels_do_not_bleed_into_sparse_ones(cornell):
         rng = np.random.default_rng(0)
         position = mi.Point2f(rng.random((2, len(column))).astype(np.float32))
         estimate = Estimate(view)
-        estimate.add(window, draw.Samples([mi.Float(column)] * 3, position))
+        estimate.add(window, draw.Samples([mi.Float(column)] * 3, position, mi.Float(column)))
         image = estimate.develop()[0][4, :, 0]
     # By symmetry the two middle columns sum to one; bleeding would push both up.
     assert image[3] + image[4] == pytest.approx(1, abs=0.02)
@@ -156,7 +156,7 @@ def test_pixels_of_several_bands_are_those_of_one(cornell, monkeypatch):
 
 @pytest.mark.parametrize("filter_name", ["box", "gaussian"])
 def test_parts_merge_into_the_whole(cornell, filter_name):
-    """Disjoint pixels bit for bit; ranges of samples, whose sums are rounded in another order, to 1e-12."""
+    """Disjoint pixels bit for bit; ranges of samples, whose sums are rounded in another order, to float32."""
     with open_scene(cornell(filter_name=filter_name)) as view:
         counts = uneven(view)
         expected = draw_all(view, counts)
@@ -172,7 +172,7 @@ def test_parts_merge_into_the_whole(cornell, filter_name):
         by_sample.merge(sent)
         for name in ("count", "mean", "variance"):
             found, wanted = (getattr(e.statistics(), name) for e in (by_sample, expected))
-            assert found == pytest.approx(wanted, rel=1e-12, abs=1e-15)
+            assert found == pytest.approx(wanted, rel=3e-7, abs=1e-15)
         for merged in (by_pixel, by_sample):
             assert merged.develop()[0] == pytest.approx(image, rel=1e-5, abs=1e-6)
             assert merged.develop()[1] == pytest.approx(stderr, rel=1e-5, abs=1e-6)
@@ -203,7 +203,7 @@ def test_a_hundred_thousand_samples_lose_no_precision(cornell, filter_name):
             lanes = slice(part * window.sample_count, (part + 1) * window.sample_count)
             position = mi.Point2f(rng.random((2, window.sample_count)).astype(np.float32))
             constant = dr.full(mi.Float, 0.1, window.sample_count)
-            estimate.add(window, draw.Samples([constant, mi.Float(rare[lanes]), constant], position))
+            estimate.add(window, draw.Samples([constant, mi.Float(rare[lanes]), constant], position, constant))
         image, _ = estimate.develop()
         statistics = estimate.statistics()
     assert image[..., 0] == pytest.approx(0.1, rel=5e-5)

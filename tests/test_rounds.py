@@ -16,8 +16,8 @@ def test_goals_end_at_the_budget_and_grow_slowly(spp, pixels, unbiased):
     assert goals[-1] == spp * pixels
     assert goals == sorted(goals)
     if len(goals) > 1 and not unbiased:
-        assert goals[1] == 2 * goals[0]
-        assert all(after <= GROWTH * before + 1 for before, after in itertools.pairwise(goals[1:]))
+        assert goals[0] == 4 * pixels
+        assert all(after <= GROWTH**1.5 * before + 1 for before, after in itertools.pairwise(goals))
     if unbiased and len(goals) > 1:
         assert len(goals) == 3
         assert goals[1] <= goals[2] / 8

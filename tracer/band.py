@@ -29,7 +29,7 @@ class Band:
     there is none, as it would be the mean.
     """
 
-    def __init__(self, first: int, size: int, channels: int, offsets: int) -> None:
+    def __init__(self, first: int, size: int, channels: int, offsets: int, moments: int = 0, peaks: int = 0) -> None:
         self.first, self.size = first, size
         self.count = dr.zeros(mi.UInt32, size)
         self.invalid = dr.zeros(mi.UInt32, size)
@@ -37,15 +37,18 @@ class Band:
         self.deviation = [dr.zeros(mi.Float64, size) for _ in range(channels)]
         self.footprint = [[dr.zeros(mi.Float, size) for _ in range(channels + 1)] for _ in range(offsets)]
         """Per offset (row by row): sums of weight x channel, then of weight."""
+        self.extra = [dr.zeros(mi.Float, size) for _ in range(1 + moments)]
+        """Sums of rays, then of the moments that a criterion asked for."""
+        self.peaks = [dr.full(mi.Float, -dr.inf, size) for _ in range(peaks)]
 
     @property
     def sums(self) -> list[Tree]:
         """All arrays, as nested lists."""
-        return [self.count, self.invalid, self.mean, self.deviation, self.footprint]
+        return [self.count, self.invalid, self.mean, self.deviation, self.footprint, self.extra, self.peaks]
 
     @sums.setter
     def sums(self, arrays: list[Tree]) -> None:
-        self.count, self.invalid, self.mean, self.deviation, self.footprint = arrays
+        self.count, self.invalid, self.mean, self.deviation, self.footprint, self.extra, self.peaks = arrays
 
     def add(self, window: Window, samples: Samples, filter_weights: FilterWeights) -> None:
         """Add those samples of a pass that belong to the band's pixels."""
@@ -73,6 +76,8 @@ class Band:
             [a + b for a, b in zip(mine, others, strict=True)]
             for mine, others in zip(self.footprint, other.footprint, strict=True)
         ]
+        self.extra = [a + b for a, b in zip(self.extra, other.extra, strict=True)]
+        self.peaks = [dr.maximum(a, b) for a, b in zip(self.peaks, other.peaks, strict=True)]
         dr.eval(self.sums)
 
 
@@ -85,6 +90,8 @@ def step(
     mean: list,
     deviation: list,
     footprint: list,
+    extra: list,
+    peaks: list,
 ) -> tuple:
     """Return the state of the walk after sample ``lane``. One that is not finite in every channel is left out."""
     values = [dr.gather(mi.Float, channel, lane) for channel in samples.values]
@@ -108,15 +115,16 @@ def step(
         for own, weight in zip(footprint, filter_weights(position), strict=True):
             weight = dr.select(finite, weight, 0.0)
             added.append([dr.fma(weight, v, s) for v, s in zip([*values, mi.Float(1.0)], own, strict=True)])
-    return lane + 1, count, invalid, mean, deviation, added
+    own = [dr.gather(mi.Float, each, lane) for each in (samples.rays, *samples.moments)]
+    extra = [total + dr.select(finite, each, 0.0) for total, each in zip(extra, own, strict=True)]
+    own = [dr.gather(mi.Float, each, lane) for each in samples.peaks]
+    peaks = [dr.select(finite, dr.maximum(most, each), most) for most, each in zip(peaks, own, strict=True)]
+    return lane + 1, count, invalid, mean, deviation, added, extra, peaks
 
 
-def bands(pixel_count: int, channels: int, offsets: int) -> list[Band]:
-    """Return bands that cover ``pixel_count`` pixels."""
-    return [
-        Band(first, min(BAND_PIXELS, pixel_count - first), channels, offsets)
-        for first in range(0, pixel_count, BAND_PIXELS)
-    ]
+def bands(pixel_count: int, *sums: int) -> list[Band]:
+    """Return bands that cover ``pixel_count`` pixels; ``sums``: how many of each kind, as in ``Band``."""
+    return [Band(first, min(BAND_PIXELS, pixel_count - first), *sums) for first in range(0, pixel_count, BAND_PIXELS)]
 
 
 def copy(tree: Tree) -> Tree:

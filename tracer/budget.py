@@ -73,3 +73,24 @@ def round_to_total(counts: ArrayLike, total: int, generator: np.random.Generator
     running[-1] = left
     extra = np.diff(np.floor(running + generator.random()), prepend=0.0)
     return (whole + extra.reshape(counts.shape)).astype(np.uint32)
+
+
+def serve(priority: ArrayLike, total: int, drawn: NDArray[np.uint32], most: int) -> NDArray[np.uint32]:
+    """Return counts that sum to ``total``: pixels of highest priority first, each getting as many again as it has.
+
+    When all have been served and samples are left, it starts again from the top. Pixels of priority 0 get none unless
+    all others have ``most``. Raises BudgetError when all have.
+    """
+    values = np.asarray(priority, np.float64).ravel()
+    order = np.argsort(-values, kind="stable")
+    counts = drawn.ravel().astype(np.int64)
+    for waiting in (order[values[order] > 0], order):
+        while (left := total - int(counts.sum())) > 0:
+            step = np.minimum(np.maximum(counts[waiting], 1), np.maximum(most - counts[waiting], 0))
+            if not step.any():
+                break
+            before = np.cumsum(step) - step
+            counts[waiting] += np.clip(left - before, 0, step)
+    if left > 0:
+        raise BudgetError(f"No allocation of {total} samples fits: no pixel may have more than {most}.")
+    return counts.reshape(drawn.shape).astype(np.uint32)

@@ -6,8 +6,8 @@ each lane finds its pixel by a running sum over the marks where pixels begin.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
 from typing import Any
 
 import drjit as dr
@@ -54,6 +54,16 @@ class Samples:
     """mi.Float per channel of the image."""
     position: Any
     """mi.Point2f: place of the sample within its pixel, in [0, 1)^2."""
+    rays: Any
+    """mi.Float: rays that the sample is taken to have traced, see ``rays_of``."""
+    moments: list[Any] = field(default_factory=list)
+    """mi.Float per quantity whose mean over a pixel a criterion asked for."""
+    peaks: list[Any] = field(default_factory=list)
+    """mi.Float per quantity whose maximum over a pixel a criterion asked for."""
+
+
+Moments = Callable[[list[Any], Any], tuple[list[Any], list[Any]]]
+"""From the colour of a sample (mi.Float per channel) and its index (mi.UInt32) to ``moments`` and ``peaks``."""
 
 
 class Line:
@@ -120,7 +130,15 @@ def camera_ray(view: View, sampler: Any, row: Any, column: Any) -> tuple[Any, An
     return ray, weight, position
 
 
-def draw(view: View, sampler: Any, seed: Any, pixel: Any, index: Any, differential_scale: Any) -> Samples:
+def draw(
+    view: View,
+    sampler: Any,
+    seed: Any,
+    pixel: Any,
+    index: Any,
+    differential_scale: Any,
+    moments: Moments | None = None,
+) -> Samples:
     """Draw sample ``index`` of pixel ``pixel`` (both mi.UInt32, one entry a lane); nothing is evaluated.
 
     ``differential_scale`` shrinks ray differentials, 1 / sqrt(spp) as in ``mi.render``.
@@ -129,8 +147,29 @@ def draw(view: View, sampler: Any, seed: Any, pixel: Any, index: Any, differenti
     row, column = divide(pixel, view.grid[1])
     ray, weight, position = camera_ray(view, sampler, row, column)
     ray.scale_differential(differential_scale)
+    of_camera = mi.UInt32(sampler.dimension)
     radiance, valid, aovs = sample_radiance(view, sampler, ray)
-    return Samples(view.to_channels(weight * radiance, valid, ray.wavelengths) + list(aovs), position)
+    values = view.to_channels(weight * radiance, valid, ray.wavelengths)
+    extra = moments(values[: view.colour_channels], index) if moments is not None else ([], [])
+    return Samples([*values, *aovs], position, rays_of(sampler.dimension - of_camera), *extra)
+
+
+def moment_counts(view: View, moments: Moments | None) -> tuple[int, int]:
+    """Return how many moments and peaks a criterion asks for."""
+    if moments is None:
+        return 0, 0
+    means, peaks = moments([mi.Float(1.0)] * view.colour_channels, mi.UInt32(0))
+    return len(means), len(peaks)
+
+
+def rays_of(dimensions: Any) -> Any:
+    """Return the rays of a path (mi.Float) from the dimensions (mi.UInt32) that its integrator drew.
+
+    Mitsuba's ``path`` draws four a vertex, for an emitter, a lobe, a direction and roulette, those of the vertex where
+    it ends included; and it traces a ray to each vertex and, but for the last, one to an emitter: 2 k - 1 rays for k
+    vertices. An integrator that draws the same number along every path is taken to cost the same everywhere.
+    """
+    return dr.maximum(0.5 * mi.Float(dimensions) - 1.0, 1.0)
 
 
 HIDES_ARRAYS = ("ThinLensCamera",)
@@ -146,15 +185,16 @@ class Recorded:
     first pass was drawn for nothing, those known to do so (HIDES_ARRAYS) are not tried.
     """
 
-    def __init__(self, view: View, sampler: Any) -> None:
+    def __init__(self, view: View, sampler: Any, moments: Moments | None = None) -> None:
         held = [view, sampler]
 
-        def trace(seed: Any, pixel: Any, index: Any, differential_scale: Any) -> tuple[list[Any], Any]:
+        def trace(seed: Any, pixel: Any, index: Any, differential_scale: Any) -> tuple[Any, ...]:
             view, sampler = held
             # A fork, as the sampler is an input of the recording: arrays left in it by the last pass would be too.
-            samples = draw(view, sampler.fork(), seed, pixel, index, differential_scale)
-            dr.eval(samples.values, samples.position)
-            return samples.values, samples.position
+            samples = draw(view, sampler.fork(), seed, pixel, index, differential_scale, moments)
+            drawn = (samples.values, samples.position, samples.rays, samples.moments, samples.peaks)
+            dr.eval(drawn)
+            return drawn
 
         self.held, self.trace, self.record = held, trace, dr.freeze(trace)
         self.recordable = view.sensor.class_name() not in HIDES_ARRAYS

@@ -24,6 +24,7 @@ from tracer.draw import Samples, Window, divide
 from tracer.scene import View
 
 Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
 PRIOR_RADIUS, PRIOR_DEGREES = 3, 16.0
 """Pixels on each side, and the degrees of freedom that they stand for, of the variance around a pixel. With 7 x 7 and
 16 the true error of the bundled scenes is 0.5 to 1.0 standard errors (RMS) at 16, 64 and 256 spp."""
@@ -37,21 +38,29 @@ class Statistics:
     """(H, W): finite samples."""
     invalid: NDArray[np.uint32]
     """(H, W): samples that were not finite and are left out."""
-    mean: Floats
+    mean: Singles
     """(H, W, C)."""
-    variance: Floats
+    variance: Singles
     """(H, W, C): unbiased variance of one sample; 0 where there are fewer than two."""
+    rays: Singles
+    """(H, W): mean rays of one sample; 0 where there is none."""
+    moments: Singles
+    """(H, W, K): means of the moments that a criterion asked for."""
+    peaks: Singles
+    """(H, W, K): maxima of the quantities that a criterion asked for; -inf where there is no sample."""
 
 
 class Estimate:
     """Running estimate over ``view.grid``, in bands of pixels."""
 
-    def __init__(self, view: View) -> None:
+    def __init__(self, view: View, moments: int = 0, peaks: int = 0) -> None:
+        """``moments`` and ``peaks``: how many of ``Samples`` there are."""
         self.view = view
+        self.moments, self.peaks = moments, peaks
         self.filter = view.film.rfilter()
         self.reach = 0 if self.filter.is_box_filter() else ceil(self.filter.radius() - 0.5)
         offsets = (2 * self.reach + 1) ** 2 if self.reach else 0
-        self.bands = bands(view.pixel_count, len(view.channels), offsets)
+        self.bands = bands(view.pixel_count, len(view.channels), offsets, moments, peaks)
 
     def filter_weights(self, position: Any) -> list[Any]:
         """Return the weight of a sample at ``position`` for each pixel in reach, offsets row by row."""
@@ -86,8 +95,8 @@ class Estimate:
 
     @property
     def layout(self) -> NDArray[np.int64]:
-        """Height and width of the grid, number of channels, reach of the filter: what sums must share to be merged."""
-        return np.array([*self.view.grid, len(self.view.channels), self.reach])
+        """Size of the grid, numbers of channels and sums, reach of the filter: what must be shared to be merged."""
+        return np.array([*self.view.grid, len(self.view.channels), self.reach, self.moments, self.peaks])
 
     def whole(self, name: str, *index: int) -> Any:
         """Return the sums ``name`` of all bands as one array; ``index`` picks from nested lists."""
@@ -103,10 +112,26 @@ class Estimate:
         """Return what is known so far, on the host."""
         grid, channels = self.view.grid, range(len(self.view.channels))
         count = to_host(self.whole("count"), grid)
-        mean = np.stack([to_host(self.whole("mean", c), grid) for c in channels], axis=-1)
-        deviation = np.stack([to_host(self.whole("deviation", c), grid) for c in channels], axis=-1)
-        variance = deviation / np.maximum(count[..., None].astype(np.int64) - 1, 1)
-        return Statistics(count, to_host(self.whole("invalid"), grid), mean, variance)
+        on_device = self.whole("count")
+        per_degree = dr.rcp(mi.Float64(dr.maximum(on_device, 2) - 1))
+        per_sample = dr.rcp(mi.Float(dr.maximum(on_device, 1)))
+        arrays = [
+            [mi.Float(self.whole("mean", c)) for c in channels],
+            [mi.Float(self.whole("deviation", c) * per_degree) for c in channels],
+            [self.whole("extra", k) * per_sample for k in range(1 + self.moments)],
+            [self.whole("peaks", k) for k in range(self.peaks)],
+        ]
+        dr.eval(arrays)
+        mean, variance, extra, peaks = ([to_host(each, grid) for each in kind] for kind in arrays)
+        return Statistics(
+            count=count,
+            invalid=to_host(self.whole("invalid"), grid),
+            mean=stacked(mean, grid),
+            variance=stacked(variance, grid),
+            rays=extra[0],
+            moments=stacked(extra[1:], grid),
+            peaks=stacked(peaks, grid),
+        )
 
     def develop(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return the image (H, W, C) and the standard error of each of its values, both without the border.
@@ -186,6 +211,11 @@ def box_sum(values: Any, grid: tuple[int, int]) -> Any:
         dr.eval(total)
         values = total
     return values
+
+
+def stacked(arrays: list[Singles], grid: tuple[int, int]) -> Singles:
+    """Return arrays (H, W) as one (H, W, K), K = 0 if there are none."""
+    return np.stack(arrays, axis=-1) if arrays else np.zeros((*grid, 0), np.float32)
 
 
 def leaves(tree: Tree) -> list[Any]:

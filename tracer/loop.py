@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from tracer import backend, budget, criteria, draw, objective, pilot
+from tracer import backend, criteria, draw, objective, pilot
+from tracer.decide import Decision, Situation, decide
 from tracer.estimate import Estimate, Statistics
 from tracer.result import Report, Result, Round, empty_pixels
 from tracer.rounds import PASS_SIZES, even_pass, next_pass_size, round_goals
@@ -32,9 +33,6 @@ class Progress:
     seconds: float
     """Since the start."""
 
-
-LEAST_GAIN = 1.05
-"""An allocation that is predicted to gain less than this over uniform is not worth its overhead and its risk."""
 
 HELD_OUT_KEY = 0x5EED0
 """Keeps samples that only decide apart from those that make the picture."""
@@ -81,12 +79,15 @@ class Rendering:
         self.criterion = criteria.get(settings.criterion)
         self.report = Report(settings)
         self.sampler = mi.load_dict({"type": "owen_sobol"})
-        self.draw = draw.Recorded(view, self.sampler)
-        self.estimate = Estimate(view)
+        self.draw = draw.Recorded(view, self.sampler, self.criterion.moments)
+        self.kinds = draw.moment_counts(view, self.criterion.moments)
+        self.estimate = Estimate(view, *self.kinds)
         self.generator = np.random.default_rng(np.random.SeedSequence([settings.seed, 1]))
         self.total = settings.spp * view.pixel_count
         self.drawn = np.zeros(view.grid, np.uint32)
         self.memory: dict[str, Any] = {}
+        self.complexity: pilot.Complexity | None = None
+        self.wanted = np.ones(view.grid)
         self.done = 0
         self.seed = settings.seed
         self.held_out: Estimate | None = None
@@ -99,32 +100,31 @@ class Rendering:
         goals = round_goals(self.settings, self.criterion.needs_radiance, self.view.pixel_count)
         if self.criterion.needs_radiance and len(goals) == 1:
             self.report.notes.append(
-                f"Uniform: {self.settings.spp} spp leave nothing to decide after two rounds of "
+                f"Uniform: {self.settings.spp} spp leave nothing to decide after a first look with "
                 f"{self.settings.pilot_samples} samples per pixel; use a larger spp or set pilot_spp."
             )
         hold_out = self.settings.unbiased and self.criterion.needs_radiance and len(goals) > 1
         if hold_out:
             self.seed ^= HELD_OUT_KEY
-        complexity = self.look() if len(goals) > 1 or not self.criterion.needs_radiance else None
         before: Statistics | None = None
         known: Statistics | None = None
-        for goal in goals:
+        for k, goal in enumerate(goals):
             last = goal == goals[-1]
             if hold_out and last:
                 self.start_over()
                 goal -= self.done
-            allocation = self.allocate(complexity, known, before, goal)
-            self.draw_round(allocation)
-            if not self.report.complete:
+            decision = self.decide(known, before, goal, len(goals) - k)
+            self.draw_round(decision.allocation)
+            if not self.report.complete or decision.settled:
                 break
             if self.criterion.needs_radiance and not last:
                 before, known = known, self.timed("seconds_statistics", self.estimate.statistics)
-        return self.develop(complexity)
+        return self.develop()
 
     def start_over(self) -> None:
         """Put aside all samples drawn so far, and draw others from here on."""
         self.seed ^= HELD_OUT_KEY
-        self.held_out, self.estimate = self.estimate, Estimate(self.view)
+        self.held_out, self.estimate = self.estimate, Estimate(self.view, *self.kinds)
         self.drawn = np.zeros(self.view.grid, np.uint32)
         self.report.notes.append(
             f"Unbiased: {self.done // self.view.pixel_count} samples per pixel decided and are not in the picture."
@@ -137,47 +137,40 @@ class Rendering:
         setattr(self.report, name, getattr(self.report, name) + time.perf_counter() - start)
         return result
 
-    def look(self) -> pilot.Complexity | None:
-        """Trace the pilot rays, if the criterion wants them."""
-        if not self.criterion.needs_pilot:
-            return None
-        settings = self.settings
-        arguments = (self.view, self.sampler, settings.seed, settings.pilot_rays, settings.block)
-        return self.timed("seconds_pilot", pilot.measure_complexity, *arguments)
+    def look(self) -> pilot.Complexity:
+        """Trace the pilot rays, the first time."""
+        if self.complexity is None:
+            settings = self.settings
+            # A sampler of its own: with what pilot rays leave in it, drawing would have to be traced twice.
+            arguments = (self.view, self.sampler.fork(), settings.seed, settings.pilot_rays, settings.block)
+            self.complexity = self.timed("seconds_pilot", pilot.measure_complexity, *arguments)
+        return self.complexity
 
-    def allocate(
-        self, complexity: pilot.Complexity | None, known: Statistics | None, before: Statistics | None, goal: int
-    ) -> NDArray[np.uint32]:
+    def decide(self, known: Statistics | None, before: Statistics | None, goal: int, rounds_left: int) -> Decision:
         """Return how many samples each pixel is to have when ``goal`` are drawn."""
-        start = time.perf_counter()
-        if known is None and self.criterion.needs_radiance:
-            return np.full(self.view.grid, goal // self.view.pixel_count, np.uint32)
+        start, looking = time.perf_counter(), self.report.seconds_pilot
+        teaches = self.settings.unbiased and self.held_out is None and goal != self.total
+        if self.criterion.needs_radiance and (known is None or teaches):
+            return Decision(np.full(self.view.grid, goal // self.view.pixel_count, np.uint32))
         evidence = criteria.Evidence(
-            complexity=complexity,
+            look=self.look,
             statistics=known,
             before=before,
             weight=self.weight(known),
+            weight_before=None if before is None else self.weight(before),
             colour_channels=self.view.colour_channels,
             goal=goal,
+            wanted=self.wanted,
             memory=self.memory,
         )
-        importance = self.criterion.importance(evidence)
-        if before is None and self.criterion.needs_radiance:
-            return np.full(self.view.grid, goal // self.view.pixel_count, np.uint32)
-        gain = predicted_gain(importance)
-        if self.criterion.needs_radiance and gain < LEAST_GAIN:
-            self.report.notes.append(
-                f"Round {len(self.report.rounds) + 1} is uniform: adapting it would gain a factor of {gain:.3f}, "
-                f"below {LEAST_GAIN}."
-            )
-            importance = np.ones_like(importance)
-        # The floor grows with the budget: reached at once, it could ask for more than is left to share out.
-        share = 1.0 if self.held_out is not None else goal / self.total
-        lower = np.maximum(self.drawn, max(1.0, self.settings.least_samples * share))
-        target = budget.fill(importance, goal, lower, self.settings.most_samples)
-        allocation = budget.round_to_total(target, goal, self.generator)
-        self.report.seconds_deciding += time.perf_counter() - start
-        return allocation
+        total = goal if self.held_out is not None else self.total
+        may_settle = not self.settings.unbiased
+        situation = Situation(self.drawn, goal, total, rounds_left, may_settle)
+        decision = decide(self.criterion, evidence, self.settings, situation, self.generator)
+        if decision.note:
+            self.report.notes.append(decision.note)
+        self.report.seconds_deciding += time.perf_counter() - start - (self.report.seconds_pilot - looking)
+        return decision
 
     def weight(self, known: Statistics | None) -> NDArray[np.float64]:
         """Return the objective's weight of each pixel, from a mean smoothed as the film's filter will smooth it."""
@@ -224,7 +217,7 @@ class Rendering:
         self.report.complete = self.done >= self.total
         return False
 
-    def develop(self, complexity: pilot.Complexity | None) -> Result:
+    def develop(self) -> Result:
         """Return the picture and all that is known about it."""
         if self.held_out is not None and not self.report.complete:
             self.estimate.merge(self.held_out)
@@ -240,7 +233,7 @@ class Rendering:
         if not self.report.complete:
             self.report.notes.append(f"Stopped after {self.done} of {self.total} samples.")
         inner = self.view.inner
-        entropy = np.zeros(self.view.grid) if complexity is None else complexity.shape_entropy
+        entropy = np.zeros(self.view.grid) if self.complexity is None else self.complexity.shape_entropy
         return Result(
             image=image,
             samples=statistics.count[inner],
@@ -250,9 +243,3 @@ class Rendering:
             seconds=time.perf_counter() - self.start,
             report=self.report,
         )
-
-
-def predicted_gain(importance: NDArray[np.float64]) -> float:
-    """Return the gain over uniform sampling if importance is the standard deviation, 1 + CV^2 (Neyman, 1934)."""
-    mean = float(importance.mean())
-    return float(np.mean(importance**2)) / mean**2 if mean > 0 else 1.0

@@ -8,6 +8,7 @@ without Mitsuba's merging of meshes (see ``tracer.source``); in an ``mi.Scene`` 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import drjit as dr
@@ -29,20 +30,61 @@ MOST_RAYS = 1 << 22
 
 @dataclass(frozen=True)
 class Complexity:
-    """Complexity of what is seen, per pixel of ``view.grid`` (H, W); all pixels of a block share its values."""
+    """Complexity of what is seen, per pixel of ``view.grid`` (H, W); all pixels of a block share its values.
 
-    shape_entropy: Floats
-    """Bits."""
-    face_entropy: Floats
-    """Bits."""
-    shape_gini: Floats
-    face_gini: Floats
-    distinct: Floats
-    """How many different shapes the rays of the block hit (a miss is one)."""
-    viewpoint: Floats
-    """C(V) of the paper with shapes as surfaces and the block as image."""
+    Each measure is computed when it is first asked for.
+    """
+
+    grid: tuple[int, int]
+    block: int
+    """Side of the blocks in pixels."""
     rays: int
     """Pilot rays per pixel."""
+    surfaces: int
+    """Shapes of the scene."""
+    same_shape: NDArray[np.uint32]
+    """(rows of blocks, columns, K): for each of the K rays of a block, how many of them hit the shape that it hit."""
+    same_face: NDArray[np.uint32]
+    """The same for faces."""
+    hit: NDArray[np.bool_]
+    """(rows of blocks, columns, K): whether the ray hit anything."""
+
+    @cached_property
+    def shape_entropy(self) -> Floats:
+        """Bits."""
+        return self.expand(complexity.ray_entropy(self.same_shape))
+
+    @cached_property
+    def face_entropy(self) -> Floats:
+        """Bits."""
+        return self.expand(complexity.ray_entropy(self.same_face))
+
+    @cached_property
+    def shape_gini(self) -> Floats:
+        """0 to 1 - 1 / K."""
+        return self.expand(complexity.ray_gini(self.same_shape))
+
+    @cached_property
+    def face_gini(self) -> Floats:
+        """0 to 1 - 1 / K."""
+        return self.expand(complexity.ray_gini(self.same_face))
+
+    @cached_property
+    def distinct(self) -> Floats:
+        """How many different shapes the rays of the block hit (a miss is one)."""
+        return self.expand(complexity.ray_distinct(self.same_shape))
+
+    @cached_property
+    def viewpoint(self) -> Floats:
+        """C(V) of the paper with shapes as surfaces and the block as image."""
+        return self.expand(complexity.ray_viewpoint(self.same_shape, self.hit, self.surfaces))
+
+    def expand(self, values: Floats) -> Floats:
+        """Return values of blocks as values of pixels."""
+        if self.block == 1:
+            return values
+        whole = values.repeat(self.block, axis=0).repeat(self.block, axis=1)
+        return whole[: self.grid[0], : self.grid[1]]
 
 
 def measure_complexity(view: View, sampler: Any, seed: int, rays: int, block: int = 1) -> Complexity:
@@ -58,31 +100,20 @@ def measure_complexity(view: View, sampler: Any, seed: int, rays: int, block: in
         measure_rows(view, sampler, seed, rays, block, top, min(slab, rows - top), columns)
         for top in range(0, rows, slab)
     ]
-    measured = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-
-    def expand(values: Floats) -> Floats:
-        return values.repeat(block, axis=0).repeat(block, axis=1)[:height, :width]
-
-    return Complexity(**{name: expand(values) for name, values in measured.items()}, rays=rays)
+    counted = (np.concatenate(each) for each in zip(*parts, strict=True))
+    return Complexity(view.grid, block, rays, len(view.scene.shapes()), *counted)
 
 
 def measure_rows(
     view: View, sampler: Any, seed: int, rays: int, block: int, top: int, rows: int, columns: int
-) -> dict[str, Floats]:
-    """Return the measures of ``Complexity`` for ``rows`` rows of blocks from ``top``, (rows, columns) each."""
+) -> list[NDArray]:
+    """Return same_shape, same_face and hit of ``Complexity`` for ``rows`` rows of blocks from ``top``."""
     per_block = rays * block * block
     shape, face = hits(view, sampler, seed, rays, block, top, rows, columns)
-    same_shape = np.asarray(multiplicity(shape, per_block).numpy()).reshape(rows, columns, per_block)
-    same_face = np.asarray(multiplicity(face, per_block).numpy()).reshape(rows, columns, per_block)
-    hit = (np.asarray(shape.numpy()) != MISS).reshape(rows, columns, per_block)
-    return {
-        "shape_entropy": complexity.ray_entropy(same_shape),
-        "face_entropy": complexity.ray_entropy(same_face),
-        "shape_gini": complexity.ray_gini(same_shape),
-        "face_gini": complexity.ray_gini(same_face),
-        "distinct": complexity.ray_distinct(same_shape),
-        "viewpoint": complexity.ray_viewpoint(same_shape, hit, len(view.scene.shapes())),
-    }
+    same_shape, same_face = multiplicity(shape, per_block), multiplicity(face, per_block)
+    hit = shape != MISS
+    dr.eval(same_shape, same_face, hit)
+    return [np.asarray(each.numpy()).reshape(rows, columns, per_block) for each in (same_shape, same_face, hit)]
 
 
 MISS = 0

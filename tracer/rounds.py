@@ -6,8 +6,8 @@ from math import ceil, log
 
 from tracer.settings import Settings
 
-GROWTH = 1.7
-"""After a round there are at most this many times the samples that were there before it."""
+GROWTH = 2.0
+"""After a round there are about this many times the samples that were there before it."""
 
 PASS_SIZES = (1 << 20, 1 << 21, 1 << 22)
 """Samples per pass: enough to keep the threads busy, few enough for flat memory and a sign of life every second."""
@@ -19,8 +19,8 @@ PASS_SECONDS = 1.5
 def round_goals(settings: Settings, needs_radiance: bool, pixel_count: int) -> list[int]:
     """Return the samples drawn in all after each round.
 
-    A criterion that learns gets two equal rounds, the same for all pixels, and then as few as grow by no more than
-    GROWTH, or a single one if those that taught are to be held out. Others have one round, and so has a budget that
+    A criterion that learns gets a round that is the same for all pixels, and then such as grow by about GROWTH; two
+    equal ones and a last one if those that taught are to be held out. Others have one round, and so has a budget that
     leaves nothing to decide.
     """
     spp, pilot = settings.spp, settings.pilot_samples
@@ -28,9 +28,9 @@ def round_goals(settings: Settings, needs_radiance: bool, pixel_count: int) -> l
         return [spp * pixel_count]
     if settings.unbiased:
         return [goal * pixel_count for goal in (pilot, 2 * pilot, spp)]
-    rounds = ceil(log(spp / (2 * pilot)) / log(GROWTH) - 1e-9)
-    later = [2 * pilot * (spp / (2 * pilot)) ** ((k + 1) / rounds) for k in range(rounds)]
-    return [round(goal * pixel_count) for goal in (pilot, 2 * pilot, *later)]
+    rounds = max(round(log(spp / pilot) / log(GROWTH)), 1)
+    later = [pilot * (spp / pilot) ** ((k + 1) / rounds) for k in range(rounds)]
+    return [round(goal * pixel_count) for goal in (pilot, *later)]
 
 
 def even_pass(left: int, size: int) -> int:

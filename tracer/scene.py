@@ -93,7 +93,7 @@ class View:
         """How many of the channels, from the first, are colour: what decisions look at."""
         return 3 if self.channels[0] in "RX" else 1
 
-    def luminance(self, image: NDArray[np.float64]) -> NDArray[np.float64]:
+    def luminance(self, image: NDArray) -> NDArray:
         """Return the luminance (H, W) of an image (H, W, C) in the film's channels."""
         if self.channels[0] == "X":
             return image[..., 1]

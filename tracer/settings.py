@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
@@ -35,6 +35,9 @@ class Settings(BaseModel):
     """Least samples of any pixel. None: an eighth of spp."""
     max_spp: int | None = Field(None, ge=1)
     """Most samples of any pixel. None: 32 times spp."""
+    cost: Literal["rays", "none"] = "rays"
+    """What a sample is taken to cost where the least error in a given time is sought: the rays it traces, or the same
+    everywhere, for the least error of a given number of samples."""
     block: int = Field(1, ge=1, le=64)
     """Side in pixels of the squares over which the complexity of IDs is measured."""
 
@@ -78,10 +81,10 @@ class Settings(BaseModel):
 
     @property
     def too_small(self) -> bool:
-        """Whether the budget leaves nothing to decide after two rounds of ``pilot_samples``."""
-        if self.unbiased and self.pilot_spp is None:
-            return self.spp < UNBIASED_SHARE
-        return self.spp <= 2 * self.pilot_samples
+        """Whether the budget leaves nothing to decide after the samples that teach."""
+        if self.unbiased:
+            return self.spp < UNBIASED_SHARE if self.pilot_spp is None else self.spp <= 2 * self.pilot_samples
+        return self.spp < 2 * self.pilot_samples
 
     @property
     def pilot_rays(self) -> int:

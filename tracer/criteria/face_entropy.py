@@ -17,6 +17,5 @@ FLOOR = 0.3
 @criterion("face_entropy", needs_radiance=False)
 def face_entropy(evidence: Evidence) -> Floats:
     """Return sqrt(sqrt(H / log2 K) + FLOOR), H the entropy of face IDs."""
-    assert evidence.complexity is not None
     entropy = evidence.complexity.face_entropy
     return np.sqrt(np.sqrt(entropy / max(float(entropy.max()), 1.0)) + FLOOR)

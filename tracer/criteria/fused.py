@@ -16,7 +16,7 @@ of the samples it needs: D. Plemenos, M. Sbert and M. Feixas, section 4.4, here 
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,23 +36,25 @@ COARSE = (7, 13)
 OUTLIER = 30.0
 """A difference of means counts at most this many times what was predicted: one firefly must not fit the whole scene."""
 ITERATIONS = 4
-FIT_PIXELS = 1 << 15
+GUESS_FLOOR = 0.1
+FIT_PIXELS = 1 << 13
 """The regression looks at no more pixels than this, evenly spread."""
 SMALLEST = 1e-6
 """Least predicted error of a pixel, relative to the mean."""
 
 
-@criterion("fused", needs_radiance=True)
+@criterion("fused", needs_radiance=True, spends="deviation")
 def fused(evidence: Evidence) -> Floats:
-    """Return the square root of the predicted error, times that of the objective's weight; ones in the first round."""
-    known, before = evidence.statistics, evidence.before
-    if known is None or evidence.complexity is None:
-        return np.ones_like(evidence.weight)
-    present = predictors(known, evidence)
-    past, weight = evidence.memory.get("past", (None, None))
-    evidence.memory["past"] = (present, evidence.weight)
-    if past is None or before is None:
-        return np.ones_like(evidence.weight)
+    """Return the square root of the predicted error, times that of the objective's weight."""
+    known, before, memory = evidence.statistics, evidence.before, evidence.memory
+    assert known is not None
+    weight = evidence.weight_before
+    if before is None or weight is None:
+        return first_guess(known, evidence)
+    edges = memory.setdefault("edges", None) or smooth_gini(evidence.complexity)
+    past = memory.get("predictors") or predictors(before, weight, evidence.colour_channels, edges)
+    present = predictors(known, evidence.weight, evidence.colour_channels, edges)
+    memory.update(edges=edges, predictors=present)
     observed, valid = error_of_means(before, known, weight, evidence.colour_channels)
     chosen = np.flatnonzero(valid)[:: max(1, valid.size // FIT_PIXELS)]
     columns = np.stack([column.ravel()[chosen] for column in past], axis=-1).astype(np.float64)
@@ -60,6 +62,15 @@ def fused(evidence: Evidence) -> Floats:
         return np.ones_like(evidence.weight)
     predicted = combine(present, fit(columns, observed.ravel()[chosen]))
     return np.sqrt(np.maximum(predicted, SMALLEST * predicted.mean()))
+
+
+def first_guess(known: Statistics, evidence: Evidence) -> Floats:
+    """Return a standard deviation (H, W) before there is anything to fit: between that of a few neighbours and many."""
+    variance = channel_mean(known.variance, evidence.colour_channels) * evidence.weight.astype(np.float32)
+    fine = gaussian_filter(variance, FINE[-1], mode="nearest")
+    coarse = uniform_filter(variance, COARSE[0], mode="nearest")
+    deviation = np.sqrt(np.maximum(fine, 0)) + np.sqrt(np.maximum(coarse, 0))
+    return (deviation + GUESS_FLOOR * deviation.mean()).astype(np.float64)
 
 
 def error_of_means(
@@ -70,7 +81,7 @@ def error_of_means(
     m_1 is the mean of the n_1 samples before the last round, m_2 that of its n_2 samples. For independent samples the
     expectation is the variance of one sample.
     """
-    first, total = before.count.astype(np.float64), known.count.astype(np.float64)
+    first, total = before.count.astype(np.float32), known.count.astype(np.float32)
     second = total - first
     valid = (first > 0) & (second > 0)
     # m_2 - m_1 from the mean of all: (m - m_1) n / n_2
@@ -88,27 +99,22 @@ def combine(columns: list[Singles], coefficients: Floats) -> Floats:
     return total
 
 
-def predictors(statistics: Statistics, evidence: Evidence) -> list[Singles]:
+def predictors(statistics: Statistics, weight: Floats, channels: int, edges: Sequence[Singles]) -> list[Singles]:
     """Return the K predictors of the error of each pixel, (H, W) each, all of them non-negative variances."""
-    assert evidence.complexity is not None
-    channels, weight = evidence.colour_channels, evidence.weight.astype(np.float32)
+    weight = weight.astype(np.float32)
     variance = channel_mean(statistics.variance, channels) * weight
-    with ThreadPoolExecutor() as pool:  # SciPy's filters let other threads run
-        fine = [pool.submit(gaussian_filter, variance, deviation, mode="nearest") for deviation in FINE]
-        coarse = [pool.submit(uniform_filter, variance, width, mode="nearest") for width in COARSE]
-        difference = local_variance(channel_mean(statistics.mean, channels))
-    noise = fine[-1].result() / np.maximum(statistics.count, 1)
-    contrast = np.maximum(difference * weight - noise, 0.0).astype(np.float32)
-    if "edges" not in evidence.memory:
-        evidence.memory["edges"] = smooth_gini(evidence.complexity)
-    shape, face = evidence.memory["edges"]
+    fine = [gaussian_filter(variance, deviation, mode="nearest") for deviation in FINE]
+    coarse = [uniform_filter(variance, width, mode="nearest") for width in COARSE]
+    difference = local_variance(channel_mean(statistics.mean, channels))
+    noise = fine[-1] / np.maximum(statistics.count, 1).astype(np.float32)
+    contrast = np.maximum(difference * weight - noise, 0.0)
+    shape, face = edges
     # Contrast times Gini index of IDs: the variance that the edges seen by pilot rays explain.
     explained = [contrast * shape, contrast * face, gaussian_filter(contrast, 1.0, mode="nearest") * shape]
-    constant = np.full_like(variance, variance.mean())
-    return [*(each.result() for each in fine + coarse), constant, contrast, *explained]
+    return [*fine, *coarse, np.full_like(variance, variance.mean()), contrast, *explained]
 
 
-def channel_mean(values: Floats, channels: int) -> Singles:
+def channel_mean(values: NDArray, channels: int) -> Singles:
     """Return the mean over the first ``channels`` of (H, W, C)."""
     total = values[..., 0].copy()
     for k in range(1, channels):

@@ -11,12 +11,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
+    from tracer.draw import Moments
     from tracer.estimate import Statistics
     from tracer.pilot import Complexity
 
@@ -27,20 +28,36 @@ Floats = NDArray[np.float64]
 class Evidence:
     """All that is known when an allocation is made. Arrays are (height, width) of the pixels that are sampled."""
 
-    complexity: Complexity | None
-    """Of what pilot rays hit; None for a criterion that needs no pilot."""
+    look: Callable[[], Complexity]
+    """Traces the pilot rays, the first time it is called."""
     statistics: Statistics | None
     """Of the radiance samples so far; None for a criterion that decides before there are any."""
     before: Statistics | None
     """The same before the last round: what is in ``statistics`` beyond it was not yet seen then."""
     weight: Floats
     """w of the objective, see ``tracer.objective``; ones before there are radiance samples."""
+    weight_before: Floats | None
+    """The same as it was known ``before``."""
     colour_channels: int
     """How many channels of ``statistics``, from the first, are colour."""
     goal: int
     """Samples that the allocation will share out, those already drawn included."""
+    wanted: Floats
+    """What the person wants more of, >= 0: importance is multiplied by it. Ones unless there is a mask or weight."""
     memory: dict[str, Any] = field(default_factory=dict)
     """What the criterion wants to find again in the next round of the same render."""
+
+    @property
+    def complexity(self) -> Complexity:
+        """Of what pilot rays hit; they are traced when this is first asked for."""
+        return self.look()
+
+
+Spends = Literal["share", "deviation", "more", "priority"]
+"""share: samples in proportion to importance. deviation: the same, and importance is the standard deviation of a sample
+times sqrt(w), so that its cost can be weighed and the gain predicted. more: samples beyond those drawn in proportion to
+importance. priority: pixels of most importance get as many again as they have, until the round is spent: what a
+threshold does that is lowered until the budget is spent."""
 
 
 @dataclass(frozen=True)
@@ -51,14 +68,17 @@ class Criterion:
     importance: Callable[[Evidence], Floats]
     needs_radiance: bool
     """Whether it decides anew after every round of samples, rather than once from pilot rays alone."""
-    needs_pilot: bool
+    spends: Spends
+    """What is done with its importance."""
+    moments: Moments | None = None
+    """Quantities of a sample whose mean or maximum over a pixel it wants to see in ``Statistics``."""
 
 
 registered: dict[str, Criterion] = {}
 
 
 def criterion(
-    name: str, *, needs_radiance: bool, needs_pilot: bool = True
+    name: str, *, needs_radiance: bool, spends: Spends = "share", moments: Moments | None = None
 ) -> Callable[[Callable[[Evidence], Floats]], Callable[[Evidence], Floats]]:
     """Register the decorated function as criterion ``name``. Raises ValueError if another file has that name."""
 
@@ -66,7 +86,7 @@ def criterion(
         before = registered.get(name)
         if before is not None and inspect.getfile(before.importance) != inspect.getfile(function):
             raise ValueError(f"there is a criterion '{name}' already; choose another name")
-        registered[name] = Criterion(name, function, needs_radiance, needs_pilot)
+        registered[name] = Criterion(name, function, needs_radiance, spends, moments)
         return function
 
     return register

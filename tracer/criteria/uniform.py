@@ -7,7 +7,7 @@ import numpy as np
 from tracer.criteria.registry import Evidence, Floats, criterion
 
 
-@criterion("uniform", needs_radiance=False, needs_pilot=False)
+@criterion("uniform", needs_radiance=False)
 def uniform(evidence: Evidence) -> Floats:
     """Return ones."""
     return np.ones_like(evidence.weight)

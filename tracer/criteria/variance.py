@@ -20,7 +20,7 @@ def colour_variance(statistics: Statistics, channels: int) -> Floats:
     return statistics.variance[..., :channels].mean(axis=-1)
 
 
-@criterion("variance", needs_radiance=True, needs_pilot=False)
+@criterion("variance", needs_radiance=True, spends="deviation")
 def variance(evidence: Evidence) -> Floats:
     """Return s sqrt(w) with s^2 smoothed."""
     assert evidence.statistics is not None

@@ -1,0 +1,103 @@
+"""Predicted gains, fallback to uniform, and what each kind of criterion does with its importance."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from tracer.criteria import Criterion, Evidence
+from tracer.decide import Situation, decide, predicted_gain
+from tracer.settings import make_settings
+
+GRID = (8, 8)
+
+
+def situation(drawn, goal, total=None, rounds_left=1, may_settle=True):
+    return Situation(drawn.astype(np.uint32), goal, goal if total is None else total, rounds_left, may_settle)
+
+
+def evidence(wanted=None, rays=4.0):
+    statistics = SimpleNamespace(rays=np.full(GRID, rays, np.float32))
+    ones = np.ones(GRID)
+    return Evidence(
+        look=lambda: pytest.fail("nobody asked for pilot rays"),
+        statistics=statistics,
+        before=None,
+        weight=ones,
+        weight_before=None,
+        colour_channels=3,
+        goal=0,
+        wanted=ones if wanted is None else wanted,
+    )
+
+
+def run(spends, importance, now, **known):
+    criterion = Criterion("made up", lambda _: importance, True, spends)
+    return decide(criterion, evidence(**known), make_settings(spp=16), now, np.random.default_rng(0))
+
+
+positive = hnp.arrays(np.float64, (9,), elements=st.floats(0.01, 100))
+
+
+@given(deviation=positive)
+def test_predicted_gain_is_one_plus_squared_variation(deviation):
+    variation = deviation.std() / deviation.mean()
+    assert predicted_gain(deviation) == pytest.approx(1 + variation**2)
+    assert predicted_gain(deviation, 3.0) == pytest.approx(1 + variation**2)
+
+
+@given(deviation=positive, cost=positive)
+def test_no_allocation_of_the_same_cost_gains_more_than_predicted(deviation, cost):
+    gain = predicted_gain(deviation, cost)
+    uniform = (deviation**2).sum() * cost.sum()
+
+    def gained(counts):
+        return uniform / ((deviation**2 / counts).sum() * (counts * cost).sum())
+
+    assert gained(deviation / np.sqrt(cost)) == pytest.approx(gain)
+    for other in (deviation, np.sqrt(deviation), 1 / cost, deviation**2, np.ones(9)):
+        assert gained(other) <= gain * (1 + 1e-9)
+    assert predicted_gain(np.zeros(3)) == 1
+
+
+def test_a_deviation_is_followed_where_it_pays_and_not_where_it_does_not():
+    drawn, half = np.full(GRID, 4), np.repeat([[1.0], [9.0]], 4, axis=0) * np.ones((1, 8))
+    decision = run("deviation", half, situation(drawn, 8 * 64, 16 * 64, 2))
+    assert not decision.settled
+    assert decision.allocation.sum() == 8 * 64
+    assert decision.allocation[4:].mean() > 2 * decision.allocation[:4].mean()
+    even = run("deviation", 1 + 0.01 * half, situation(drawn, 8 * 64, 16 * 64, 2))
+    assert even.settled
+    assert np.all(even.allocation == 16)
+    assert "would gain a factor of 1.00" in even.note
+    held = run("deviation", 1 + 0.01 * half, situation(drawn, 8 * 64, 16 * 64, 2, may_settle=False))
+    assert not held.settled
+    assert np.all(held.allocation == 8)
+
+
+def test_further_samples_are_shared_whatever_was_drawn():
+    drawn = np.arange(64).reshape(GRID)
+    decision = run("more", np.ones(GRID), situation(drawn, drawn.sum() + 640))
+    assert np.all(decision.allocation == drawn + 10)
+
+
+def test_priority_serves_the_first_with_as_many_as_they_have():
+    drawn = np.full(GRID, 4)
+    decision = run("priority", np.arange(64.0).reshape(GRID), situation(drawn, 4 * 64 + 40))
+    assert np.array_equal(np.flatnonzero(decision.allocation.ravel() > 4), np.arange(54, 64))
+    assert decision.allocation.max() == 8
+
+
+@pytest.mark.parametrize("spends", ["share", "deviation", "more", "priority"])
+def test_nobody_gets_more_than_the_least_where_nothing_is_wanted(spends):
+    wanted = np.ones(GRID)
+    wanted[:, :4] = 0
+    drawn = np.full(GRID, 2)
+    importance = np.random.default_rng(1).uniform(1, 2, GRID)
+    allocation = run(spends, importance, situation(drawn, 6 * 64), wanted=wanted).allocation
+    assert allocation.sum() == 6 * 64
+    assert np.all(allocation[:, :4] == 2)
+    assert np.all(allocation[:, 4:] > 2)
