@@ -1,9 +1,9 @@
 """Sampler ``owen_sobol``: a progressive low-discrepancy sequence, keyed by pixel and sample index.
 
-Every pixel owns an infinite sequence of points. Each pair of dimensions is the (0, 2)-sequence of Sobol with its index
-shuffled and its digits scrambled after Owen, by hashes of (seed, pixel, pair): B. Burley, "Practical Hash-based Owen
-Scrambling", JCGT 9(4), 2020. The hash that stands in for the random permutation tree is Laine and Karras's with the
-constants of N. Vegdahl ("Building a Better LK Hash", 2021).
+Every pixel owns an infinite sequence of points. Each pair of dimensions is the (0, 2)-sequence of Sobol, in an order
+of its own (see ``pairings.py``), its digits scrambled after Owen by hashes of (seed, pixel, pair): B. Burley,
+"Practical Hash-based Owen Scrambling", JCGT 9(4), 2020. The hash that stands in for the random permutation tree is
+Laine and Karras's with the constants of N. Vegdahl ("Building a Better LK Hash", 2021).
 
 A sample is a pure function of (seed, pixel, sample index, dimension), never of its lane: chunk size, order of rounds
 and number of threads cannot change it, and any prefix of a power-of-two length is a net.
@@ -34,8 +34,12 @@ from __future__ import annotations
 
 import drjit as dr
 import mitsuba as mi
+from tracer.plugins.pairings import DEGREE, POLYNOMIALS
 
 from tracer.hashing import GOLDEN_RATIO, mix
+
+SHUFFLE_KEY = 0x5BF1E
+"""Keeps the order of cycles apart from the scrambles of dimensions."""
 
 
 def scramble_reversed(x: mi.UInt32, seed: mi.UInt32) -> mi.UInt32:
@@ -58,6 +62,18 @@ def pascal(x: mi.UInt32) -> mi.UInt32:
     x = x ^ ((x >> 4) & 0x0F0F0F0F)
     x = x ^ ((x >> 8) & 0x00FF00FF)
     return x ^ (x >> 16)
+
+
+def reorder(index: mi.UInt32, pair: mi.UInt32) -> mi.UInt32:
+    """Return the place in the sequence that a pair of dimensions takes its point of an index from.
+
+    The carry-less product with the pair's polynomial in the shift to lower bits; see ``pairings.py``.
+    """
+    polynomial = dr.gather(mi.UInt32, mi.UInt32(POLYNOMIALS), pair)
+    place = index
+    for k in range(1, DEGREE):
+        place = place ^ dr.select((polynomial >> k) & 1 == 1, index >> k, 0)
+    return place
 
 
 def to_unit_interval(x: mi.UInt32) -> mi.Float:
@@ -97,22 +113,27 @@ class OwenSobolSampler(mi.Sampler):
         self.index = dr.brev(mi.UInt32(index))
         self.dimension = dr.zeros(mi.UInt32, dr.width(self.index))
 
-    def next_seed(self) -> tuple[mi.UInt32, mi.UInt32]:
-        """Return the shuffled index and the hash of the next dimension (pair), and step to the one after."""
+    def next_place(self) -> tuple[mi.UInt32, mi.UInt32]:
+        """Return the place in the sequence and the hash of the next dimension (pair), and step to the one after."""
         hashed = mix(self.key ^ (self.dimension * GOLDEN_RATIO))
+        cycle = self.dimension // len(POLYNOMIALS)
+        # When all polynomials are used up they are used again, together in an order shuffled at random.
+        shuffled = scramble_reversed(self.index, mix(self.key ^ (cycle * GOLDEN_RATIO) ^ SHUFFLE_KEY))
+        index = dr.brev(dr.select(cycle == 0, self.index, shuffled))
+        place = reorder(index, self.dimension - cycle * len(POLYNOMIALS))
         self.dimension = self.dimension + 1
-        return dr.brev(scramble_reversed(self.index, hashed)), hashed
+        return place, hashed
 
     def next_1d(self, active: mi.Bool = True) -> mi.Float:
-        index, hashed = self.next_seed()
-        return to_unit_interval(dr.brev(scramble_reversed(index, mix(hashed))))
+        place, hashed = self.next_place()
+        return to_unit_interval(dr.brev(scramble_reversed(place, mix(hashed))))
 
     def next_2d(self, active: mi.Bool = True) -> mi.Point2f:
-        index, hashed = self.next_seed()
+        place, hashed = self.next_place()
         hash_x = mix(hashed)
         hash_y = mix(hash_x)
-        x = dr.brev(scramble_reversed(index, hash_x))
-        y = dr.brev(scramble_reversed(pascal(index), hash_y))
+        x = dr.brev(scramble_reversed(place, hash_x))
+        y = dr.brev(scramble_reversed(pascal(place), hash_y))
         return mi.Point2f(to_unit_interval(x), to_unit_interval(y))
 
     def clone(self) -> OwenSobolSampler:

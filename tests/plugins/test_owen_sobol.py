@@ -1,12 +1,14 @@
 """The sampler: nets, scrambles, keys; and how it does under Mitsuba's own integrators."""
 
+import itertools
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tracer.plugins import owen_sobol
+from tracer.plugins import owen_sobol, pairings
 
 words = st.integers(0, 2**32 - 1)
 
@@ -165,3 +167,40 @@ def test_renders_under_every_llvm_variant(variant, tmp_path):
     import sys
 
     subprocess.run([sys.executable, "-c", VARIANT_SCRIPT, variant], check=True, timeout=300, cwd=tmp_path)
+
+
+@pytest.mark.parametrize("gap", [1, 2, 3])
+@pytest.mark.parametrize("first", [0, 1, 5, 20])
+def test_two_pairs_are_spread_together(first, gap):
+    """Halves and quarters of one dimension against those of another: what random orders would leave to chance."""
+    count = 64
+    pairs = itertools.product(points(count, skip=first), points(count, skip=first + gap))
+    for (x, y), (columns, rows) in itertools.product(pairs, ((2, 2), (2, 4), (4, 2))):
+        cell = np.floor(x * columns).astype(int) * rows + np.floor(y * rows).astype(int)
+        assert np.all(np.bincount(cell, minlength=columns * rows) == count // (columns * rows))
+
+
+def test_cycles_of_pairs_are_nets_and_differ():
+    pairs = len(pairings.POLYNOMIALS)
+    first, second = points(64, skip=2), points(64, skip=2 + pairs)
+    assert len(set(np.floor(second[0] * 8) * 8 + np.floor(second[1] * 8))) == 64
+    together = np.histogram2d(first[0], second[0], bins=8)[0]
+    assert np.count_nonzero(together) > 32  # a copy of the first, scrambled, would fill 8 of 64
+
+
+def test_dependence_is_that_of_ranks():
+    rng = np.random.default_rng(3)
+    rows = [rng.integers(0, 32, 200).astype(np.uint64) for _ in range(4)]
+    spans = [{0}] * 200
+    expected = np.zeros(200, bool)
+    for row in rows:
+        for k, value in enumerate(row):
+            expected[k] |= int(value) in spans[k]
+            spans[k] = spans[k] | {int(value) ^ one for one in spans[k]}
+    assert 20 < expected.sum() < 180
+    assert np.array_equal(pairings.dependent(rows), expected)
+
+
+@pytest.mark.slow
+def test_polynomials_are_those_that_the_search_finds():
+    assert pairings.search(len(pairings.POLYNOMIALS)) == list(pairings.POLYNOMIALS)
