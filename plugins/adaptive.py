@@ -14,13 +14,22 @@ the expected picture does not depend on it.
    - What to render: any integrator that follows camera rays, such as ``path``. (Default: path)
  * - criterion
    - |string|
-   - Where it is worth it: fused, variance, shape_entropy, face_entropy, uniform. (Default: fused)
+   - Where it is worth it: fused, variance, shape_entropy, uniform, and those of others. (Default: fused)
  * - objective
    - |string|
    - Which error is to be small: relative, absolute, display. (Default: relative)
  * - pilot_spp, min_spp, max_spp
    - |int|
    - Rays per pixel that look first; least and most samples of any pixel. (Default: chosen by the budget)
+ * - cost
+   - |string|
+   - What a sample is taken to cost: rays, for the least error in a given time, or none. (Default: rays)
+ * - importance
+   - |string|
+   - Image file that multiplies the importance of each pixel, a mask or a weight. (Default: none)
+ * - shape_weights
+   - |string|
+   - Factors of the importance of what shapes cover, by ID, such as "lamp=4, floor=0.5". (Default: none)
  * - block
    - |int|
    - Side in pixels of the squares over which the complexity of IDs is measured. (Default: 1)

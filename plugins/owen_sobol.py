@@ -34,9 +34,10 @@ from __future__ import annotations
 
 import drjit as dr
 import mitsuba as mi
-from tracer.plugins.pairings import DEGREE, POLYNOMIALS
 
 from tracer.hashing import GOLDEN_RATIO, mix
+
+from .pairings import DEGREE, POLYNOMIALS
 
 SHUFFLE_KEY = 0x5BF1E
 """Keeps the order of cycles apart from the scrambles of dimensions."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import drjit as dr
@@ -20,6 +21,7 @@ from tracer.result import Report, Result, Round, empty_pixels
 from tracer.rounds import PASS_SIZES, even_pass, next_pass_size, round_goals
 from tracer.scene import Size, View, open_scene
 from tracer.settings import Settings, make_settings
+from tracer.wanted import wanted
 
 
 @dataclass(frozen=True)
@@ -48,23 +50,29 @@ def render(
     sensor: int = 0,
     size: Size = None,
     progress: ProgressCallback | None = None,
+    importance: Any = None,
     **settings: Any,
 ) -> Result:
     """Render ``scene`` (path of an XML file, dictionary, or ``mi.Scene``) and return picture, counts and errors.
 
-    Further keywords are those of ``tracer.settings.Settings``: spp, seed, criterion, objective, pilot_spp, min_spp,
-    max_spp, block, unbiased; where the scene's integrator is ``adaptive``, its parameters are the defaults. Sets the
+    ``importance``: array (H, W) or image file whose values multiply the importance of each pixel. Further keywords are
+    those of ``tracer.settings.Settings``: spp, seed, criterion, objective, pilot_spp, min_spp, max_spp, cost, block,
+    unbiased, shape_weights; where the scene's integrator is ``adaptive``, its parameters are the defaults. Sets the
     Mitsuba variant ``llvm_ad_rgb`` unless one is active. Raises the errors of ``tracer.errors``.
     """
     backend.activate()
+    if isinstance(importance, str | Path):
+        settings["importance"], importance = str(importance), None
     with open_scene(scene, sensor, integrator, size) as view:
-        return render_view(view, make_settings(**{**view.settings, **settings}), progress)
+        return render_view(view, make_settings(**{**view.settings, **settings}), progress, importance)
 
 
-def render_view(view: View, settings: Settings, progress: ProgressCallback | None = None) -> Result:
+def render_view(
+    view: View, settings: Settings, progress: ProgressCallback | None = None, importance: Any = None
+) -> Result:
     """Render an open scene; see ``render``."""
     with dr.suspend_grad():
-        rendering = Rendering(view, settings, progress)
+        rendering = Rendering(view, settings, progress, importance)
         try:
             return rendering.run()
         finally:
@@ -74,7 +82,9 @@ def render_view(view: View, settings: Settings, progress: ProgressCallback | Non
 class Rendering:
     """One render under way."""
 
-    def __init__(self, view: View, settings: Settings, progress: ProgressCallback | None) -> None:
+    def __init__(
+        self, view: View, settings: Settings, progress: ProgressCallback | None = None, importance: Any = None
+    ) -> None:
         self.view, self.settings, self.progress = view, settings, progress
         self.criterion = criteria.get(settings.criterion)
         self.report = Report(settings)
@@ -87,7 +97,7 @@ class Rendering:
         self.drawn = np.zeros(view.grid, np.uint32)
         self.memory: dict[str, Any] = {}
         self.complexity: pilot.Complexity | None = None
-        self.wanted = np.ones(view.grid)
+        self.wanted = wanted(view, settings, self.sampler.fork(), importance)
         self.done = 0
         self.seed = settings.seed
         self.held_out: Estimate | None = None

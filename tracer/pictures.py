@@ -43,6 +43,19 @@ def read_picture(path: Path, layer: str | None = None) -> NDArray[np.float32]:
     return decode_srgb(values).astype(np.float32) if encoded else values
 
 
+def read_values(path: Path) -> NDArray[np.float32]:
+    """Return the values of a picture (H, W) as they are in the file, not decoded: mean of its colours, without alpha.
+
+    Whole numbers are scaled to [0, 1]. Raises ScoreError.
+    """
+    if not path.is_file():
+        raise ScoreError(f"There is no picture '{path}'.")
+    with opened(path) as source:
+        names = list(source.spec().channelnames)
+        colours = [k for k, name in enumerate(names) if name.rpartition(".")[2] in ("R", "G", "B")]
+        return read_channels(path, source, colours or [0]).mean(axis=-1)
+
+
 def read_channels(path: Path, source: Any, channels: list[int]) -> NDArray[np.float32]:
     """Return some channels of the part that ``source`` is at, (H, W, N)."""
     specification = source.spec()

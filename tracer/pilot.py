@@ -127,6 +127,18 @@ def hits(
 
     They are ordered by block, then pixel of the block, then ray.
     """
+    ray = pilot_rays(view, sampler, seed, rays, block, top, rows, columns)
+    found = view.scene.ray_intersect_preliminary(ray, coherent=True)
+    instance, shape = (dr.reinterpret_array(mi.UInt32, pointer) for pointer in (found.instance, found.shape))
+    shape_id = mix(shape + mix(instance)) | 1  # odd: never MISS
+    face_id = mix(shape_id ^ mix(found.prim_index)) | 1
+    shape_id, face_id = (dr.select(found.is_valid(), number, MISS) for number in (shape_id, face_id))
+    dr.eval(shape_id, face_id)
+    return shape_id, face_id
+
+
+def pilot_rays(view: View, sampler: Any, seed: int, rays: int, block: int, top: int, rows: int, columns: int) -> Any:
+    """Return the pilot rays of ``rows`` rows of blocks from ``top``, ordered as in ``hits``."""
     per_block = rays * block * block
     lane = dr.arange(mi.UInt32, rows * columns * per_block)
     group, within = divide(lane, per_block)
@@ -139,14 +151,28 @@ def hits(
     column = dr.minimum(group_column * side + column_in_block, last_column)
     first = dr.opaque(mi.UInt32, top * columns * block * block)
     sampler.seed_samples(mix(mix(mi.UInt32(seed)) ^ PILOT_KEY), first + divide(lane, rays)[0], ray_index)
-    ray, _, _ = camera_ray(view, sampler, row, column)
-    found = view.scene.ray_intersect_preliminary(ray, coherent=True)
-    instance, shape = (dr.reinterpret_array(mi.UInt32, pointer) for pointer in (found.instance, found.shape))
-    shape_id = mix(shape + mix(instance)) | 1  # odd: never MISS
-    face_id = mix(shape_id ^ mix(found.prim_index)) | 1
-    shape_id, face_id = (dr.select(found.is_valid(), number, MISS) for number in (shape_id, face_id))
-    dr.eval(shape_id, face_id)
-    return shape_id, face_id
+    return camera_ray(view, sampler, row, column)[0]
+
+
+def mean_over_shapes(view: View, sampler: Any, seed: int, rays: int, table: Any) -> Floats:
+    """Return the mean over the pilot rays of each pixel (grid) of the entry in ``table`` (mi.Float) of what they hit.
+
+    The table goes by Mitsuba's number of the instance that was hit, else of the shape; what is not in it counts 1.
+    """
+    height, width = view.grid
+    slab = max(1, MOST_RAYS // (width * rays))
+    parts = []
+    for top in range(0, height, slab):
+        rows = min(slab, height - top)
+        found = view.scene.ray_intersect_preliminary(
+            pilot_rays(view, sampler, seed, rays, 1, top, rows, width), coherent=True
+        )
+        instance, shape = (dr.reinterpret_array(mi.UInt32, pointer) for pointer in (found.instance, found.shape))
+        number = dr.select(instance != 0, instance, shape)
+        named = found.is_valid() & (number < dr.width(table))
+        weight = dr.select(named, dr.gather(mi.Float, table, number, named), 1.0)
+        parts.append(np.asarray(dr.block_sum(weight, rays).numpy(), np.float64).reshape(rows, width) / rays)
+    return np.concatenate(parts)
 
 
 def multiplicity(ids: Any, group: int) -> Any:

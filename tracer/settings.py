@@ -38,11 +38,37 @@ class Settings(BaseModel):
     cost: Literal["rays", "none"] = "rays"
     """What a sample is taken to cost where the least error in a given time is sought: the rays it traces, or the same
     everywhere, for the least error of a given number of samples."""
+    importance: str | None = None
+    """Image file whose values multiply the importance of each pixel: a mask or a weight, scaled to the picture."""
+    shape_weights: dict[str, float] = Field(default_factory=dict)
+    """Factors of the importance of what shapes cover, by their ID; also as text, "lamp=4, floor=0.5"."""
     block: int = Field(1, ge=1, le=64)
     """Side in pixels of the squares over which the complexity of IDs is measured."""
 
     unbiased: bool = False
     """Whether the samples that decide are kept out of the picture; they count towards spp all the same."""
+
+    @field_validator("shape_weights", mode="before")
+    @classmethod
+    def weights_from_text(cls, value: Any) -> Any:
+        """Read weights from text."""
+        if not isinstance(value, str):
+            return value
+        pairs = [entry.rpartition("=") for entry in value.split(",") if entry.strip()]
+        if not all(name.strip() for name, _, _ in pairs):
+            raise ValueError(f'shape_weights: write "lamp=4, floor=0.5" (was {value!r})')
+        return {name.strip(): weight.strip() for name, _, weight in pairs}
+
+    @field_validator("shape_weights")
+    @classmethod
+    def weights_are_weights(cls, weights: dict[str, float]) -> dict[str, float]:
+        """Reject a weight that is none."""
+        for name, weight in weights.items():
+            if not 0 <= weight < float("inf"):
+                raise ValueError(
+                    f"shape_weights: the weight of '{name}' must be finite and not negative (was {weight})"
+                )
+        return weights
 
     @field_validator("criterion")
     @classmethod

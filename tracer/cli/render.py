@@ -23,6 +23,13 @@ def render(
     pilot_spp: Annotated[int | None, typer.Option(help="Rays per pixel that look first.")] = None,
     min_spp: Annotated[int | None, typer.Option(help="Least samples of any pixel.")] = None,
     max_spp: Annotated[int | None, typer.Option(help="Most samples of any pixel.")] = None,
+    cost: Annotated[str | None, typer.Option(help="What a sample costs: rays, or none (all the same). [rays]")] = None,
+    importance: Annotated[
+        str | None, typer.Option(help="Image that multiplies the importance: mask or weight.")
+    ] = None,
+    shape_weight: Annotated[
+        list[str] | None, typer.Option(help="ID=FACTOR: importance of what a shape covers; may be repeated.")
+    ] = None,
     block: Annotated[int | None, typer.Option(help="Side of the blocks of ID complexity. [1]")] = None,
     unbiased: Annotated[
         bool | None, typer.Option("--unbiased", help="Keep the samples that decide out of the picture.")
@@ -45,6 +52,9 @@ def render(
         "pilot_spp": pilot_spp,
         "min_spp": min_spp,
         "max_spp": max_spp,
+        "cost": cost,
+        "importance": importance,
+        "shape_weights": ",".join(shape_weight) if shape_weight else None,
         "block": block,
         "unbiased": unbiased,
     }

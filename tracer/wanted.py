@@ -1,0 +1,84 @@
+"""What the person wants more of: a mask or weight image, and weights of shapes. Both multiply every importance."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+from skimage.transform import resize
+
+from tracer import pilot
+from tracer.errors import ScoreError, SettingsError
+from tracer.load_error import nearest
+from tracer.pictures import read_values
+from tracer.scene import View
+from tracer.settings import Settings
+
+Floats = NDArray[np.float64]
+
+
+def wanted(view: View, settings: Settings, sampler: Any, importance: Any = None) -> Floats:
+    """Return what importance is multiplied by (grid), >= 0 and not zero everywhere.
+
+    ``importance``: an array (H, W) instead of the file that ``settings`` name. Raises SettingsError.
+    """
+    whole = np.ones(view.grid)
+    if importance is None and settings.importance is not None:
+        importance = read_image(settings.importance)
+    if importance is not None:
+        whole = whole * on_grid(view, check_image(importance))
+    if settings.shape_weights:
+        table = weight_table(view, settings.shape_weights)
+        whole = whole * pilot.mean_over_shapes(view, sampler, settings.seed, settings.pilot_rays, table)
+    if not whole.any():
+        raise SettingsError("importance: nothing is wanted, it is zero in every pixel; mark what matters with 1.")
+    return whole
+
+
+def read_image(path: str) -> NDArray[np.float32]:
+    """Return the values of an image file (H, W) as they are, the mean of colours. Raises SettingsError."""
+    try:
+        return read_values(Path(path))
+    except ScoreError as error:
+        raise SettingsError(f"importance: {error}") from None
+
+
+def check_image(importance: Any) -> Floats:
+    """Return an importance image as floats (H, W). Raises SettingsError for one that is no image of weights."""
+    values = np.asarray(importance, np.float64)
+    if values.ndim == 3:
+        values = values.mean(axis=-1)
+    if values.ndim != 2 or values.size == 0:
+        raise SettingsError(f"importance: must be an image (height, width), not of shape {values.shape}.")
+    if not np.all(np.isfinite(values)) or values.min() < 0:
+        raise SettingsError("importance: every pixel must be finite and not negative.")
+    return values
+
+
+def on_grid(view: View, values: Floats) -> Floats:
+    """Return an image scaled to the picture, its edge repeated over the border of the film."""
+    if values.shape != view.size:
+        values = np.maximum(resize(values, view.size, order=1, anti_aliasing=True), 0.0)
+    return np.pad(values, view.border, mode="edge")
+
+
+def weight_table(view: View, weights: dict[str, float]) -> Any:
+    """Return weights of shapes as mi.Float, by Mitsuba's number of a shape; 1 for those not named."""
+    shapes = {shape.id(): shape for shape in view.scene.shapes()}
+    unknown = next((name for name in weights if name not in shapes), None)
+    if unknown is not None:
+        hint = nearest(unknown, list(shapes))
+        raise SettingsError(
+            f"shape_weights: the scene has no shape '{unknown}'"
+            + (f", did you mean '{hint}'?" if hint else f"; it has {', '.join(sorted(filter(None, shapes))[:8])}.")
+            + (" Meshes that Mitsuba has merged have lost theirs: load the scene with optimize=False." * ("" in shapes))
+        )
+    numbers = {name: int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shapes[name]))[0]) for name in weights}
+    table = np.ones(max(numbers.values()) + 1, np.float32)
+    for name, weight in weights.items():
+        table[numbers[name]] = weight
+    return mi.Float(table)
