@@ -75,6 +75,12 @@ def write_text(path: Path, text: str) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
+def write_arrays(path: Path, arrays: dict[str, Any]) -> None:
+    """Write arrays by name, for ``np.load``."""
+    with whole(path) as temporary, open(temporary, "wb") as file:
+        np.savez(file, **arrays)
+
+
 def write_result(path: Path, result: Result, metadata: dict[str, Any]) -> None:
     """Write a result: all layers with ``metadata`` as EXR, or the picture alone, as a screen shows it, as PNG."""
     if path.suffix.lower() == ".png":

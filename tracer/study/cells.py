@@ -18,7 +18,7 @@ import tracer
 from tracer import backend, criteria, files, scene, source
 from tracer.errors import OutputError
 from tracer.source import fingerprint
-from tracer.study import methods
+from tracer.study import methods, oracle, truth
 from tracer.study.methods import Shot
 from tracer.study.plan import Budget, MethodPlan, Plan, Scene
 
@@ -78,8 +78,8 @@ def cells_of(plan: Plan, place: Scene) -> list[list[Cell]]:
 
 def key(content: tuple[Any, ...], method: MethodPlan, budget: Budget, seed: int) -> str:
     """Return the hash of all that the pixels of a cell depend on, the code included."""
-    code = code_hash() if method.criterion else stock_hash()
-    own = criterion_hash(method.criterion) if method.criterion else ""
+    code = stock_hash() if method.sampler else code_hash()
+    own = criterion_hash(method.criterion) if method.criterion else oracle_hash() if method.oracle else ""
     settings = method.model_dump_json(exclude={"name"})
     parts = (content, settings, budget, seed, code, own, mi.__version__, mi.variant())
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:24]
@@ -109,6 +109,12 @@ def plugin_sources() -> list[Path]:
 def criterion_hash(name: str) -> str:
     """Return a hash of the file that a criterion is in."""
     return hash_of([Path(inspect.getfile(criteria.get(name).importance))])
+
+
+@cache
+def oracle_hash() -> str:
+    """Return a hash of the source that an oracle's allocation depends on."""
+    return hash_of([Path(inspect.getfile(module)) for module in (oracle, truth)])
 
 
 def hash_of(paths: list[Path]) -> str:

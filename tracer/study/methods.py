@@ -37,6 +37,9 @@ class Shot:
     """Of these, drawing radiance samples: all of them, for ``mi.render``."""
 
 
+Foretold = Callable[[int], NDArray[np.float64]]
+"""From samples per pixel of a uniform picture to the samples (H, W) that each pixel is to have instead."""
+
 Method = Callable[[int, int], Shot]
 """Function of (spp, seed). Raises KeyboardInterrupt if it was stopped."""
 
@@ -67,13 +70,17 @@ class Studio:
         self.view = stack.enter_context(open_scene(setting.source, setting.sensor, setting.integrator, setting.size))
         self.views = {sampler: replace(self.view, sensor=sensor) for sampler, sensor in sensors.items()}
 
-    def own(self, progress: ProgressCallback | None = None, **settings: Any) -> Method:
-        """Return a rendering by our loop with these ``settings``."""
+    def own(
+        self, progress: ProgressCallback | None = None, foretold: Foretold | None = None, **settings: Any
+    ) -> Method:
+        """Return a rendering by our loop with these ``settings``, of an allocation that is ``foretold`` if it is."""
         view = self.view
 
         def render(spp: int, seed: int) -> Shot:
+            chosen = None if foretold is None else foretold(spp)
+            spp = spp if chosen is None else max(1, round(float(chosen.mean())))
             start = time.perf_counter()
-            result = render_view(view, make_settings(spp=spp, seed=seed, **settings), progress)
+            result = render_view(view, make_settings(spp=spp, seed=seed, **settings), progress, chosen)
             seconds = time.perf_counter() - start
             if not result.report.complete:
                 raise KeyboardInterrupt

@@ -1,14 +1,25 @@
-"""What the best allocation could gain: the oracle, which knows the variance of every pixel."""
+"""What the best allocation could gain: the oracle, which knows the error of every pixel beforehand."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
+from scipy.ndimage import gaussian_filter
 
 from tracer import objective, score
+from tracer.study.truth import Truth
 
 LEAST_LIMIT = 1.1
 """Below it there is so little to gain that the share of it means nothing."""
+RATES = (0.7, 2.0)
+"""Least and most b of e(n) = a n^-b: 1 for independent samples, up to 2 for smooth integrands."""
+FINE, WIDE = 0.7, 3.0
+"""Standard deviations in pixels over which a and b are smoothed: a variance over a few seeds is noisy."""
+LEAST = 1e-4
+"""Least error of a pixel, relative to the mean: one that no seed found anything in still needs a sample or two."""
+STEPS = 60
+
+Floats = NDArray[np.float64]
 
 
 def limit(variance: ArrayLike, mean: ArrayLike, name: str) -> float:
@@ -26,3 +37,46 @@ def limit(variance: ArrayLike, mean: ArrayLike, name: str) -> float:
 def share(gain: float, most: float) -> float | None:
     """Return log(gain) / log(most): the part of the limit captured; None where there is next to nothing to gain."""
     return float(np.log(gain) / np.log(most)) if most > LEAST_LIMIT and gain > 0 else None
+
+
+def fit(truth: Truth) -> tuple[Floats, Floats]:
+    """Return a and b (H, W) of the error e(n) = a n^-b of every pixel, from the errors measured at several n."""
+    x = np.log(truth.counts.astype(np.float64))
+    error = truth.squared_error.astype(np.float64)
+    floor = LEAST * error.mean(axis=(1, 2), keepdims=True) + 1e-300
+    wide = np.log(np.stack([gaussian_filter(one, WIDE, mode="nearest") for one in error]) + floor)
+    slope = np.tensordot(x - x.mean(), wide, axes=(0, 0)) / np.sum((x - x.mean()) ** 2)
+    rate = np.clip(-slope, *RATES)
+    fine = np.stack([gaussian_filter(one, FINE, mode="nearest") for one in error]) + floor
+    # Each n tells a = e n^b; they are averaged with the weights of their degrees of freedom.
+    scale = np.stack([one * count**rate for one, count in zip(fine, truth.counts, strict=True)])
+    return np.average(scale, axis=0, weights=truth.seeds - 1), rate
+
+
+def allocation(truth: Truth, name: str, spp: float, by: str, least: float = 1.0) -> Floats:
+    """Return the samples of each pixel (H, W) that minimise sum w a n^-b for a budget.
+
+    ``by``: "samples", a mean of ``spp``; "time", the time that ``spp`` samples of every pixel take. From the derivative
+    n = (w a b / (lambda c))^(1 / (1 + b)) with c = 1 or the cost, and the one lambda that spends the budget.
+    """
+    scale, rate = fit(truth)
+    weight = objective.weights(name, gaussian_filter(truth.luminance.astype(np.float64), FINE, mode="nearest"))
+    cost = truth.cost.astype(np.float64) if by == "time" else np.ones_like(scale)
+    urgency = weight * scale * rate / cost
+    if not urgency.max() > 0:
+        return np.full(scale.shape, float(spp))
+    urgency /= urgency.max()
+    low, high = -80.0, 80.0
+    counts = np.full(scale.shape, float(spp))
+    for _ in range(STEPS):
+        middle = (low + high) / 2
+        counts = np.maximum((urgency * np.exp(middle)) ** (1 / (1 + rate)), least)
+        low, high = (middle, high) if np.sum(counts * cost) < spp * np.sum(cost) else (low, middle)
+    return counts
+
+
+def predicted(truth: Truth, name: str, counts: ArrayLike) -> float:
+    """Return the mean of w a n^-b that an allocation (H, W, or one number) is predicted to leave."""
+    scale, rate = fit(truth)
+    weight = objective.weights(name, gaussian_filter(truth.luminance.astype(np.float64), FINE, mode="nearest"))
+    return float(np.mean(weight * scale * np.asarray(counts, np.float64) ** -rate))

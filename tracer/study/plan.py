@@ -24,6 +24,12 @@ STOCK_KEYS = {"name", "sampler"}
 """Of a method: all there is to say of plain ``mi.render``."""
 
 
+ORACLE_KEYS = {"name", "oracle", "objective"}
+"""Of a method that is an oracle."""
+NO_BOUND = 2**24
+"""Most samples of a pixel where there is no bound."""
+
+
 class Part(BaseModel):
     """Base of all parts of a plan: what is not known is refused."""
 
@@ -53,6 +59,9 @@ class MethodPlan(Part):
     """Where samples go: a name of ``tracer.criteria``; "uniform" gives every pixel the same."""
     sampler: str | None = None
     """Plugin to take the place of the scene's sampler under ``mi.render``."""
+    oracle: Literal["samples", "time"] | None = None
+    """Instead of both: the best allocation of so many samples, or of the time that they take when uniform, by one who
+    has measured every pixel beforehand."""
     objective: str = "relative"
     pilot_spp: int | None = None
     min_spp: int | None = None
@@ -63,7 +72,8 @@ class MethodPlan(Part):
 
     def settings(self) -> dict[str, Any]:
         """Return the keywords of ``tracer.render`` that this method is."""
-        return self.model_dump(exclude={"name", "sampler"})
+        own = self.model_dump(exclude={"name", "sampler", "oracle"})
+        return own if self.oracle is None else own | {"criterion": "uniform", "min_spp": 1, "max_spp": NO_BOUND}
 
 
 @dataclass(frozen=True)
@@ -272,8 +282,14 @@ def check_plan(plan: Plan) -> None:
 def check_method(plan: Plan, method: MethodPlan, location: Location) -> None:
     """Raise SettingsError for a method that cannot render with every budget."""
     fault = plan.origin.fault
-    if (method.criterion is None) == (method.sampler is None):
-        raise fault(f"method '{method.name}' needs either a criterion (ours) or a sampler (plain mi.render)", location)
+    if sum(one is not None for one in (method.criterion, method.sampler, method.oracle)) != 1:
+        raise fault(
+            f"method '{method.name}' needs either a criterion (ours), a sampler (plain mi.render) or an oracle",
+            location,
+        )
+    if method.oracle is not None and method.model_fields_set - ORACLE_KEYS:
+        unknown_to_it = min(method.model_fields_set - ORACLE_KEYS)
+        raise fault(f"an oracle (method '{method.name}') has no setting '{unknown_to_it}'", (*location, unknown_to_it))
     if method.sampler is not None:
         extra = next((key for key in method.model_fields_set - STOCK_KEYS), None)
         if extra is not None:

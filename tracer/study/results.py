@@ -11,7 +11,7 @@ import numpy as np
 from tracer.score import Scores
 from tracer.study.cells import Cell, Took
 from tracer.study.gains import Gain, Interval, error_rate, gain, geometric_mean
-from tracer.study.oracle import share
+from tracer.study.oracle import LEAST_LIMIT, share
 from tracer.study.plan import Plan
 
 CLOSE = 0.1
@@ -76,6 +76,16 @@ GAINS = ("samples", "time", "trimmed")
 
 
 @dataclass(frozen=True)
+class Limits:
+    """What an oracle gains on a scene at one budget."""
+
+    samples: float
+    """At equal samples."""
+    time: float | None
+    """At equal time, if it was measured."""
+
+
+@dataclass(frozen=True)
 class Row:
     """One method on one scene at one budget: means over seeds, and gains over the baseline."""
 
@@ -99,7 +109,10 @@ class Row:
     """As gain_samples, of the trimmed relMSE."""
     oracle_share: float | None
     """log(gain_samples) / log(limit), of methods that minimise the relative error, over a uniform baseline; None for
-    others, and where there is next to nothing to gain."""
+    others, and where there is next to nothing to gain. The limit is what an oracle by samples gained, if the study has
+    one, else that of the scene."""
+    oracle_time_share: float | None
+    """The same at equal time; None if the study has no oracle by time."""
     paired: bool
     """Whether all times were measured next to the baseline's, in the same run."""
     too_close: bool
@@ -120,6 +133,11 @@ class Mean:
     worst: float
     """Least gain_samples of any scene."""
     worst_scene: str
+    worst_time: float
+    """Least gain_time of any scene."""
+    oracle_share: float | None
+    """log(gain_samples) over log(limit), both means over the scenes where there is something to gain."""
+    oracle_time_share: float | None
 
 
 @dataclass
@@ -138,16 +156,60 @@ class Results:
     def tables(self) -> tuple[list[Row], list[Mean]]:
         """Return rows and means."""
         gains: dict[tuple[str, str], list[Gains]] = {}
-        rows = [row for facts in self.scenes for row in self.rows_of(facts, gains)]
+        limits: dict[tuple[str, str], Limits] = {}
+        rows = [row for facts in self.scenes for row in self.rows_of(facts, gains, limits)]
         means = []
         for (budget, method), found in gains.items():
             samples, times, trimmed = (geometric_mean([getattr(one, name) for one in found]) for name in GAINS)
             worst = min(found, key=lambda one: one.samples.value)
-            means.append(Mean(budget, method, len(found), samples, times, trimmed, worst.samples.value, worst.scene))
+            most = [limits[one.scene, budget] for one in found]
+            rated = self.is_rated(method)
+            means.append(
+                Mean(
+                    budget=budget,
+                    method=method,
+                    scenes=len(found),
+                    gain_samples=samples,
+                    gain_time=times,
+                    gain_trimmed=trimmed,
+                    worst=worst.samples.value,
+                    worst_scene=worst.scene,
+                    worst_time=min(one.time.value for one in found),
+                    oracle_share=mean_share([(g.samples.value, m.samples) for g, m in zip(found, most, strict=True)])
+                    if rated
+                    else None,
+                    oracle_time_share=mean_share([(g.time.value, m.time) for g, m in zip(found, most, strict=True)])
+                    if rated
+                    else None,
+                )
+            )
         return rows, means
 
-    def rows_of(self, facts: SceneFacts, gains: dict[tuple[str, str], list[Gains]]) -> list[Row]:
-        """Return the rows of a scene and add its gains, by (budget, method), to ``gains``."""
+    def is_rated(self, name: str) -> bool:
+        """Return whether a method does what an oracle of the relative error does: minimise it, against uniform."""
+        own = next(method for method in self.plan.methods if method.name == name)
+        against = next(method for method in self.plan.methods if method.name == self.plan.compared_with)
+        return own.criterion not in (None, "uniform") and against.criterion == "uniform" and own.objective == "relative"
+
+    def limits(self, facts: SceneFacts, found: dict[str, Gains]) -> Limits:
+        """Return what an oracle gains at one budget, from the gains of all methods by name."""
+        by = {
+            method.oracle: found[method.name]
+            for method in self.plan.methods
+            if method.oracle and method.objective == "relative" and method.name in found
+        }
+        return Limits(
+            by["samples"].samples.value if "samples" in by else facts.limit,
+            by["time"].time.value if "time" in by else None,
+        )
+
+    def rows_of(
+        self,
+        facts: SceneFacts,
+        gains: dict[tuple[str, str], list[Gains]],
+        limits: dict[tuple[str, str], Limits],
+    ) -> list[Row]:
+        """Return the rows of a scene; add its gains by (budget, method), and its limits by (scene, budget)."""
         groups: dict[tuple[str, str], dict[int, Measurement]] = {}
         for one in self.measurements:
             if one.cell.scene == facts.name:
@@ -159,17 +221,21 @@ class Results:
             [[one.scores.relative_mse for one in group] for group in known],
         )
         rows = []
-        order = [(budget.label, method.name) for budget in self.plan.budgets for method in self.plan.methods]
-        for budget, method in order:
-            group = groups.get((budget, method), {})
-            if not group:
-                continue
+        for budget in (one.label for one in self.plan.budgets):
             against = groups.get((budget, baseline), {})
-            pairs = [(one, against[seed]) for seed, one in group.items() if seed in against]
-            found = compare(pairs, rate) if pairs else None
-            if found is not None:
-                gains.setdefault((budget, method), []).append(found)
-            rows.append(self.summarise(list(group.values()), pairs, found, facts))
+            own = {
+                name: groups[budget, name] for name in (m.name for m in self.plan.methods) if (budget, name) in groups
+            }
+            pairs = {
+                name: [(one, against[seed]) for seed, one in group.items() if seed in against]
+                for name, group in own.items()
+            }
+            found = {name: compare(each, rate) for name, each in pairs.items() if each}
+            limits[facts.name, budget] = most = self.limits(facts, found)
+            for name, group in own.items():
+                if name in found:
+                    gains.setdefault((budget, name), []).append(found[name])
+                rows.append(self.summarise(list(group.values()), pairs[name], found.get(name), facts, most))
         return rows
 
     def summarise(
@@ -178,13 +244,11 @@ class Results:
         pairs: Sequence[tuple[Measurement, Measurement]],
         found: Gains | None,
         facts: SceneFacts,
+        most: Limits,
     ) -> Row:
         """Return the row of one method at one budget."""
         first = group[0].cell
-        own = next(method for method in self.plan.methods if method.name == first.method)
-        against = next(method for method in self.plan.methods if method.name == self.plan.compared_with)
-        comparable = own.criterion not in (None, "uniform") and against.criterion == "uniform"
-        adaptive = comparable and own.objective == "relative"
+        rated = found is not None and self.is_rated(first.method)
         samples = float(np.mean([one.took.samples for one in group]))
         return Row(
             scene=first.scene,
@@ -199,10 +263,20 @@ class Results:
             gain_samples=None if found is None else found.samples.interval,
             gain_time=None if found is None else found.time.interval,
             gain_trimmed=None if found is None else found.trimmed.interval,
-            oracle_share=share(found.samples.value, facts.limit) if found and adaptive else None,
+            oracle_share=share(found.samples.value, most.samples) if found and rated else None,
+            oracle_time_share=share(found.time.value, most.time) if found and rated and most.time else None,
             paired=all(one.took.run == other.took.run for one, other in pairs),
             too_close=any(one.too_close for one in group),
         )
+
+
+def mean_share(pairs: Sequence[tuple[float, float | None]]) -> float | None:
+    """Return the share of (gain, limit) pairs together, over those where there is something to gain."""
+    known = [(gain, most) for gain, most in pairs if most is not None and most > LEAST_LIMIT]
+    if not known:
+        return None
+    gains, limits = (np.log(each).sum() for each in zip(*known, strict=True))
+    return float(gains / limits)
 
 
 SCORES = tuple(Scores.__dataclass_fields__)

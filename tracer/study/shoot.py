@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import ExitStack
+from functools import cache
 from pathlib import Path
 
 from tracer.errors import TracerError
 from tracer.loop import Progress
+from tracer.study import oracle
 from tracer.study.cells import Cell, is_kept, store
-from tracer.study.methods import Method, Shot, Studio
+from tracer.study.methods import Foretold, Method, Setting, Shot, Studio
 from tracer.study.plan import Budget, MethodPlan, Plan, Scene
 from tracer.study.results import Failure
+from tracer.study.truth import measure_truth
 
 WARM_UP_SPP = 40
 """Enough for a round that adapts, unbiased or not, so that all kernels of ours are compiled."""
@@ -42,7 +45,7 @@ def shoot(plan: Plan, scene: Scene, blocks: list[list[Cell]], output: Path, run:
             studio = Studio(stack, scene.setting, [one.sampler for one in wanted if one.sampler is not None])
         except Exception as error:  # whatever it is, the other scenes can still be measured
             return [failure(cell, error) for cell in missing]
-        opened = {method.name: Opened(studio, method, told) for method in wanted}
+        opened = {method.name: Opened(studio, method, scene.setting, told) for method in wanted}
         for name, method in opened.items():
             told(None, f"{scene.name}: {name}, warming up")
             method.prepare({cell.budget for cell in missing if cell.method == name})
@@ -73,8 +76,8 @@ def one_line(error: Exception) -> str:
 class Opened:
     """A method on an open scene, and what was found out about it before anything is timed."""
 
-    def __init__(self, studio: Studio, plan: MethodPlan, told: Told) -> None:
-        self.studio, self.plan, self.told = studio, plan, told
+    def __init__(self, studio: Studio, plan: MethodPlan, setting: Setting, told: Told) -> None:
+        self.studio, self.plan, self.setting, self.told = studio, plan, setting, told
         self.spps: dict[Budget, int] = {}
         """Samples per pixel that each budget buys."""
         self.broken: Exception | None = None
@@ -84,11 +87,11 @@ class Opened:
         """Compile all kernels, and find what budgets in seconds buy."""
         try:
             self.method = self.open()
-            if self.plan.criterion is not None:
+            if self.plan.sampler is None:
                 steady_seconds(self.method, self.clamp(max(WARM_UP_SPP, 3 * (self.plan.pilot_spp or 1))))
             for budget in sorted(budgets, key=lambda one: one.amount):
                 self.spps[budget] = int(budget.amount) if budget.kind == "spp" else self.find_spp(budget.amount)
-                if self.plan.criterion is None:
+                if self.plan.sampler is not None:
                     # Mitsuba's samplers need other kernels for every count, ours the same for all.
                     steady_seconds(self.method, self.spps[budget])
         except Exception as error:
@@ -96,9 +99,15 @@ class Opened:
 
     def open(self) -> Method:
         """Return the method."""
-        if self.plan.criterion is None:
+        if self.plan.sampler is not None:
             return self.studio.stock(self.plan.sampler)
-        return self.studio.own(self.passed, **self.plan.settings())
+        foretold = None if self.plan.oracle is None else self.foretell(self.plan.oracle)
+        return self.studio.own(self.passed, foretold, **self.plan.settings())
+
+    def foretell(self, by: str) -> Foretold:
+        """Return the allocations of an oracle, which measures the scene now if nobody has before."""
+        truth = measure_truth(self.setting, self.studio.view, lambda text: self.told(None, text))
+        return cache(lambda spp: oracle.allocation(truth, self.plan.objective, spp, by))
 
     def shoot(self, cell: Cell) -> tuple[Shot, int]:
         """Return the picture of a cell and the samples per pixel that were asked for."""

@@ -26,7 +26,8 @@ HEADINGS = (
     "gain, samples",
     "gain, trimmed",
     "gain, time",
-    "of oracle",
+    "of oracle, samples",
+    "of oracle, time",
 )
 CLOSE_MARK = "°"
 UNPAIRED_MARK = "*"
@@ -67,6 +68,7 @@ def cells(row: Row) -> list[str]:
         bounds(row.gain_trimmed),
         bounds(row.gain_time) + ("" if row.paired else UNPAIRED_MARK),
         percent(row.oracle_share),
+        percent(row.oracle_time_share),
     ]
 
 
@@ -105,7 +107,12 @@ def gains(results: Results, rows: Sequence[Row], means: Sequence[Mean], budget: 
     for field, caption in captions.items():
         values = [mean_text(overall.get(method), field, len(results.scenes)) for method in methods]
         lines.append([f"**geometric mean, {caption}**", *(f"**{value}**" for value in values), ""])
-    return markdown_table([f"{budget}, relMSE of {baseline} over that of", *methods, "oracle"], lines)
+    for field, caption in (("oracle_share", "samples"), ("oracle_time_share", "time")):
+        shares = [getattr(overall[method], field) if method in overall else None for method in methods]
+        if any(one is not None for one in shares):
+            caption = f"**share of what an oracle gains, equal {caption}**"
+            lines.append([caption, *(f"**{percent(one)}**" for one in shares), ""])
+    return markdown_table([f"{budget}, relMSE of {baseline} over that of", *methods, "1 + CV²"], lines)
 
 
 def mean_text(mean: Mean | None, field: str, scenes: int) -> str:
@@ -163,7 +170,9 @@ def legend(results: Results) -> str:
         f"samples were drawn. gain: relMSE of {results.plan.compared_with} over that of the method, ratio of means "
         "over seeds, with its 95 % bootstrap interval over seeds (expanded percentiles; with fewer than five "
         "seeds it is too narrow); at equal time the error of the baseline is taken to "
-        "fall with its time at the rate that its budgets show. of oracle: log(gain) over the log of what an oracle "
-        f"could gain. {CLOSE_MARK}: the error is less than ten times that of the reference (RMS), so it is a little "
+        "fall with its time at the rate that its budgets show. of oracle: log(gain) over log(limit), which is what "
+        "an oracle gained that had measured every pixel beforehand, or 1 + CV² of the variance of samples where the "
+        "study has no oracle; only where it is above 1.1. "
+        f"{CLOSE_MARK}: the error is less than ten times that of the reference (RMS), so it is a little "
         f"less than measured. {UNPAIRED_MARK}: some times were not measured next to the baseline's.\n"
     )

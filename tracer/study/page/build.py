@@ -77,10 +77,10 @@ def sort_keys(row: Row) -> list[str | float]:
     """Return what each cell of a row is sorted by: numbers, best estimates without their intervals, and names."""
     scores = row.scores
     gains = [np.nan if one is None else one.mean for one in (row.gain_samples, row.gain_trimmed, row.gain_time)]
-    share = np.nan if row.oracle_share is None else row.oracle_share
+    shares = [np.nan if one is None else one for one in (row.oracle_share, row.oracle_time_share)]
     budget = float(row.budget.split()[0])
     errors = [scores.relative_mse, scores.relative_mse_trimmed, scores.mse, scores.psnr, scores.ssim, scores.flip]
-    return [row.scene, budget, row.method, *errors, scores.bias, row.spp, row.seconds, row.drawing, *gains, share]
+    return [row.scene, budget, row.method, *errors, scores.bias, row.spp, row.seconds, row.drawing, *gains, *shares]
 
 
 def fit(results: Results, pictures: Sequence[ScenePictures]) -> tuple[dict[str, str], list[dict[str, Any]]]:

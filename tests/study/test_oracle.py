@@ -1,0 +1,89 @@
+"""Allocations of an oracle: against a general optimiser, for both budgets, and rendered."""
+
+import mitsuba as mi
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from tracer.scene import open_scene
+from tracer.study import oracle
+from tracer.study.methods import Setting
+from tracer.study.truth import SEEDS_OF, Truth, measure_truth
+
+COUNTS = np.array(list(SEEDS_OF))
+
+
+def made_up(scale, rate, cost):
+    """Return a truth whose errors are scale * n^-rate (H, W)."""
+    error = np.stack([scale * n**-rate for n in COUNTS.astype(float)])
+    ones = np.ones(scale.shape)
+    return Truth(COUNTS, np.array(list(SEEDS_OF.values())), error, scale, ones, cost / cost.mean())
+
+
+@pytest.fixture
+def known(monkeypatch):
+    monkeypatch.setattr(oracle, "FINE", 1e-3)  # six pixels: nothing to smooth
+    monkeypatch.setattr(oracle, "WIDE", 1e-3)
+    monkeypatch.setattr(oracle, "LEAST", 1e-9)
+    scale = np.array([[1.0, 4.0, 0.3], [9.0, 2.0, 0.05]])
+    rate = np.array([[1.0, 1.5, 1.2], [1.0, 1.8, 0.9]])
+    cost = np.array([[1.0, 3.0, 0.2], [2.0, 5.0, 0.1]])
+    return scale, rate, cost
+
+
+def test_the_fit_finds_what_errors_were_made_of(known):
+    scale, rate, cost = known
+    found = oracle.fit(made_up(scale, rate, cost))
+    assert found[0] == pytest.approx(scale, rel=1e-5)
+    assert found[1] == pytest.approx(rate, rel=1e-5)
+
+
+@pytest.mark.parametrize("by", ["samples", "time"])
+def test_no_other_allocation_of_the_budget_errs_less(known, by):
+    scale, rate, cost = known
+    truth = made_up(scale, rate, cost)
+    price = truth.cost.ravel() if by == "time" else np.ones(6)
+    counts = oracle.allocation(truth, "absolute", 32, by)
+    assert np.sum(counts.ravel() * price) == pytest.approx(32 * price.sum(), rel=1e-6)
+
+    def error(logarithms):
+        return np.sum(scale.ravel() * np.exp(-rate.ravel() * logarithms))
+
+    budget = {"type": "eq", "fun": lambda x: np.sum(np.exp(x) * price) / (32 * price.sum()) - 1}
+    best = minimize(error, np.full(6, np.log(32.0)), constraints=[budget], bounds=[(0, 8)] * 6)
+    assert best.success
+    assert oracle.predicted(truth, "absolute", counts) * 6 == pytest.approx(best.fun, rel=1e-4)
+    assert oracle.predicted(truth, "absolute", 32) > 1.05 * best.fun / 6
+
+
+def test_a_scene_without_noise_is_uniform():
+    nothing = np.zeros((4, 5))
+    truth = Truth(COUNTS, np.array(list(SEEDS_OF.values())), np.zeros((3, 4, 5)), nothing, nothing, nothing + 1)
+    assert oracle.allocation(truth, "relative", 16, "samples") == pytest.approx(np.full((4, 5), 16))
+
+
+def test_what_is_measured_of_a_scene(tmp_path, monkeypatch):
+    monkeypatch.setenv("TRACER_CACHE", str(tmp_path))
+    monkeypatch.setattr("tracer.study.truth.SQUARE", 8)
+    T = mi.ScalarTransform4f
+    rod = {"type": "cylinder", "p0": [0, -2, 0], "p1": [0, 2, 0], "radius": 0.05}
+    film = {"type": "hdrfilm", "width": 24, "height": 16}
+    camera = {"type": "perspective", "to_world": T().look_at([0, 0, 4], [0, 0, 0], [0, 1, 0]), "film": film}
+    scene = {"type": "scene", "i": {"type": "path"}, "rod": rod, "sky": {"type": "constant"}, "sensor": camera}
+    scene["rod"] |= {"bsdf": {"type": "diffuse", "reflectance": 0.1}}
+    setting, told = Setting(scene), []
+    with open_scene(scene) as view:
+        truth = measure_truth(setting, view, told.append)
+        assert told
+        told.clear()
+        again = measure_truth(setting, view, told.append)
+    assert not told  # it was kept
+    assert np.array_equal(truth.squared_error, again.squared_error)
+    assert truth.squared_error.shape == (3, 16, 24)
+    assert truth.cost.mean() == pytest.approx(1)
+    middle, sky = truth.squared_error[:, :, 11:13].mean(axis=(1, 2)), truth.squared_error[:, :, :8].mean(axis=(1, 2))
+    assert np.all(middle > 100 * sky)
+    assert np.all(np.diff(middle) < 0)
+    assert middle[0] < truth.variance[:, 11:13].mean() / 16  # better than independent samples
+    counts = oracle.allocation(truth, "relative", 16, "samples")
+    assert counts[:, 11:13].mean() > 5 * counts[:, :8].mean()
