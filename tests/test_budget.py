@@ -101,9 +101,34 @@ def test_serving_adds_up_and_takes_nothing_away(drawn, priority, more):
     total = int(drawn.sum()) + more
     if total > 20 * 64:
         with pytest.raises(BudgetError):
-            budget.serve(priority, total, drawn, 64)
+            budget.serve(priority, total, drawn, 64, np.random.default_rng(0))
         return
-    counts = budget.serve(priority, total, drawn, 64)
+    counts = budget.serve(priority, total, drawn, 64, np.random.default_rng(0))
     assert counts.sum() == total
     assert np.all(counts >= drawn)
     assert counts.max() <= 64
+
+
+@given(importance, st.floats(1, 50), st.floats(0, 1), st.floats(1, 20))
+def test_suited_counts_meet_total_and_bounds_and_stay_near(weights, mean, low, high):
+    total = mean * len(weights)
+    target = budget.fill(weights, total, low * mean, high * mean)
+    suited = budget.suit_sequence(target, total, low * mean, high * mean)
+    assert suited.sum() == pytest.approx(total, rel=1e-9)
+    assert np.all(suited >= low * mean * (1 - 1e-12))
+    assert np.all(suited <= high * mean * (1 + 1e-12) + low * mean)
+
+
+def test_most_suited_counts_are_powers_of_two_and_cost_little():
+    rng = np.random.default_rng(5)
+    importance = np.exp(rng.normal(0, 1, 20_000))
+    target = budget.fill(importance, 64 * 20_000, 1, 1e6)
+    suited = budget.suit_sequence(target, 64 * 20_000, 1, 1e6)
+    powers = np.isclose(np.log2(suited), np.rint(np.log2(suited)), atol=1e-9)
+    assert powers.mean() > 0.75
+    assert np.sum(importance**2 / suited) < 1.04 * np.sum(importance**2 / target)
+
+
+@pytest.mark.parametrize("spp", [24, 64])
+def test_suited_counts_of_equal_targets_are_equal(spp):
+    assert budget.suit_sequence(np.full(100, float(spp)), spp * 100, 4, 1e4) == pytest.approx(np.full(100, spp))

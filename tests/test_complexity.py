@@ -69,6 +69,36 @@ def test_entropy_of_rays_needs_no_histogram(ids):
         assert complexity.ray_distinct(m) == len(histogram)
 
 
+@pytest.mark.parametrize("rays", [2, 8, 64])
+@pytest.mark.parametrize("equal", [1, 2])
+def test_divergences_of_k_equal_values_among_n(equal, rays):
+    values = np.zeros(rays)
+    values[:equal] = 0.3
+    assert complexity.kullback_leibler(values) == pytest.approx(np.log(rays / equal))
+    assert complexity.chi_square(values) == pytest.approx(rays / equal - 1)
+    assert complexity.hellinger(values) == pytest.approx(1 - np.sqrt(equal / rays))
+    assert complexity.contrast(values) == pytest.approx(np.log2(rays / equal) / np.log2(rays))
+
+
+def test_small_noise_relates_the_divergences():
+    noise = 1 + 1e-3 * np.random.default_rng(0).standard_normal(10_000)
+    chi_square = complexity.chi_square(noise)
+    assert chi_square == pytest.approx(np.var(noise) / np.mean(noise) ** 2, rel=1e-6)
+    assert complexity.kullback_leibler(noise) == pytest.approx(chi_square / 2, rel=0.01)
+    assert complexity.hellinger(noise) == pytest.approx(chi_square / 8, rel=0.01)
+
+
+MEASURES = [complexity.contrast, complexity.kullback_leibler, complexity.chi_square, complexity.hellinger]
+
+
+@pytest.mark.parametrize("measure", MEASURES)
+def test_nothing_is_as_uniform_as_equal_values(measure):
+    found = measure([[0, 0, 0, 0], [0.7, 0.7, 0.7, 0.7], [1, 0, 0, 0]])
+    assert found[:2] == pytest.approx([0, 0], abs=1e-12)
+    assert found[2] > 0.4
+    assert measure([3.0]) == 0
+
+
 def test_negative_counts_are_refused():
     with pytest.raises(ValueError, match="negative"):
         complexity.entropy([1, -1])

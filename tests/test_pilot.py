@@ -85,3 +85,54 @@ def test_multiplicity_is_a_count_of_equals():
     found = np.array(pilot.multiplicity(mi.UInt32(ids), 12)).reshape(5, 12)
     groups = ids.reshape(5, 12)
     assert np.array_equal(found, (groups[:, :, None] == groups[:, None, :]).sum(axis=-1))
+
+
+def geometry(scene, rays=4, block=1):
+    with open_scene(scene) as view:
+        return pilot.measure_geometry(view, mi.load_dict({"type": "owen_sobol"}), 0, rays, block)
+
+
+@pytest.mark.parametrize("angle", [0, 60])
+def test_geometry_of_rays_is_the_cosine_over_the_squared_distance(angle):
+    near = 0.01  # Mitsuba's near plane, where rays begin
+    plane = {"type": "rectangle", "to_world": T().rotate([0, 1, 0], angle) @ T().scale(9)}
+    found = geometry(orthographic({"a": plane}), rays=16)
+    assert found.shape == (8, 8, 16)
+    distance = (np.cos(np.radians(angle)) / found) ** 0.5
+    place = distance.mean(axis=(0, 2)) + near - 5  # -z at the middle of each column, left to right
+    assert place == pytest.approx(np.tan(np.radians(angle)) * place_of_columns(place), abs=2e-3)
+
+
+def place_of_columns(place):
+    """Return x of the middles of 8 columns over [-1, 1], in the direction in which ``place`` grows."""
+    return np.linspace(-0.875, 0.875, 8) * (1 if place[-1] >= place[0] else -1)
+
+
+def test_geometry_contrast_sees_edges_and_nothing_else():
+    # Of each block's rays one half hits at one distance: half of all values are equal, the rest zero.
+    found = measure(orthographic(half_plane()), rays=4, block=8)
+    assert found.geometry_contrast == pytest.approx(np.full((8, 8), 1 / 8), abs=1e-5)
+    found = measure(orthographic(half_plane()))
+    assert found.geometry_contrast == pytest.approx(np.zeros((8, 8)), abs=1e-5)
+
+
+def test_geometry_is_of_the_rays_that_were_counted():
+    found = measure(orthographic(half_plane(), 7, 5), rays=3, block=2)
+    assert np.array_equal(found.look_at_geometry() > 0, found.hit)
+
+
+def test_geometry_is_traced_only_when_asked_for(monkeypatch):
+    asked = []
+    monkeypatch.setattr(pilot, "measure_geometry", lambda *_: asked.append(1) or np.ones((8, 8, 4)))
+    found = measure(orthographic(half_plane()))
+    assert found.shape_gini.shape == found.face_entropy.shape == (8, 8)
+    assert not asked
+    assert np.all(found.geometry_contrast == 0)
+    assert np.all(found.geometry_contrast == 0)
+    assert asked == [1]
+
+
+def test_geometry_in_slabs_is_the_same(monkeypatch):
+    whole = geometry(orthographic(half_plane(), 7, 5), rays=2, block=2)
+    monkeypatch.setattr(pilot, "MOST_RAYS", 40)
+    assert np.array_equal(geometry(orthographic(half_plane(), 7, 5), rays=2, block=2), whole)

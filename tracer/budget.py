@@ -8,6 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 from tracer.errors import BudgetError
 
 Floats = NDArray[np.float64]
+SUITED_PIXELS, SUITED_STEPS = 4096, 14
+"""How many pixels are looked at to find what makes rounded counts add up, and in how many steps."""
 
 
 def fill(importance: ArrayLike, total: float, lower: ArrayLike, upper: ArrayLike) -> Floats:
@@ -55,6 +57,34 @@ def solve_level(weights: Floats, total: float, lower: Floats, upper: Floats) -> 
     return level
 
 
+def suit_sequence(target: ArrayLike, total: float, lower: ArrayLike, upper: ArrayLike) -> Floats:
+    """Return counts near ``target`` that sum to ``total``, most of them powers of two, within the bounds.
+
+    A low-discrepancy sequence is at its best there: between them its error is 2 to 10 % above the power law through
+    them. To round a count by up to sqrt(2) costs 2 or 3 %. What rounding leaves over goes where it is missed most.
+    """
+    wanted = np.maximum(np.asarray(target, np.float64), 1e-9)
+    least = np.broadcast_to(np.asarray(lower, np.float64), wanted.shape)
+    most = np.maximum(np.broadcast_to(np.asarray(upper, np.float64), wanted.shape), least)
+    level = np.log2(wanted)
+    few = slice(None, None, max(1, wanted.size // SUITED_PIXELS))
+    some = [np.ascontiguousarray(array.ravel()[few]) for array in (level, least, most)]
+
+    def rounded(shift: float, level: Floats, least: Floats, most: Floats) -> Floats:
+        return np.clip(np.exp2(np.rint(level + shift)), least, most)
+
+    low, high = -1.0, 1.0
+    for _ in range(SUITED_STEPS):
+        middle = (low + high) / 2
+        enough = rounded(middle, *some).sum() * wanted.size > total * some[0].size
+        low, high = (low, middle) if enough else (middle, high)
+    counts = rounded(low, level, least, most)
+    while counts.sum() > total and low > -2.0:
+        low -= 0.02
+        counts = rounded(low, level, least, most)
+    return fill(wanted, total, counts, most) if counts.sum() <= total else wanted
+
+
 def round_to_total(counts: ArrayLike, total: int, generator: np.random.Generator) -> NDArray[np.uint32]:
     """Round real counts (any shape) to integers that sum to ``total``, each with the real count as its expectation.
 
@@ -75,14 +105,17 @@ def round_to_total(counts: ArrayLike, total: int, generator: np.random.Generator
     return (whole + extra.reshape(counts.shape)).astype(np.uint32)
 
 
-def serve(priority: ArrayLike, total: int, drawn: NDArray[np.uint32], most: int) -> NDArray[np.uint32]:
+def serve(
+    priority: ArrayLike, total: int, drawn: NDArray[np.uint32], most: int, generator: np.random.Generator
+) -> NDArray[np.uint32]:
     """Return counts that sum to ``total``: pixels of highest priority first, each getting as many again as it has.
 
-    When all have been served and samples are left, it starts again from the top. Pixels of priority 0 get none unless
-    all others have ``most``. Raises BudgetError when all have.
+    Which of two pixels of the same priority is first is left to chance. When all have been served and samples are left,
+    it starts again from the top. Pixels of priority 0 get none unless all others have ``most``. Raises BudgetError when
+    all have.
     """
     values = np.asarray(priority, np.float64).ravel()
-    order = np.argsort(-values, kind="stable")
+    order = np.lexsort((generator.random(values.size), -values))
     counts = drawn.ravel().astype(np.int64)
     for waiting in (order[values[order] > 0], order):
         while (left := total - int(counts.sum())) > 0:

@@ -51,6 +51,38 @@ def renyi(counts: ArrayLike, order: float) -> Floats:
     return np.log2(powers, out=np.zeros_like(powers), where=powers > 0) / (1.0 - order) + 0.0
 
 
+def contrast(values: ArrayLike) -> Floats:
+    """Return 1 - H / log K of values >= 0 (..., K): 0 if all are equal (all zero too), 1 if only one is not zero.
+
+    Equations 7 and 10 of J. Rigau, M. Feixas and M. Sbert, "Entropy-based adaptive sampling", Graphics Interface 2003.
+    """
+    values = np.asarray(values, np.float64)
+    return kullback_leibler(values) / np.log(max(values.shape[-1], 2))
+
+
+def kullback_leibler(values: ArrayLike) -> Floats:
+    """Return the divergence ln K - H in nats of values >= 0 (..., K), as shares of their sum, from uniform.
+
+    This and the next two: J. Rigau, M. Feixas and M. Sbert, "Refinement criteria based on f-divergences", EGSR 2003.
+    All are 0 where all values are zero.
+    """
+    values = np.asarray(values, np.float64)
+    divergence = np.log(values.shape[-1]) - entropy(values) * np.log(2)
+    return np.where(values.sum(axis=-1) > 0, np.maximum(divergence, 0.0), 0.0)
+
+
+def chi_square(values: ArrayLike) -> Floats:
+    """Return K sum p^2 - 1 of values >= 0 (..., K): their squared deviation from the mean over the squared mean."""
+    p = probabilities(values)
+    return np.maximum(p.shape[-1] * np.sum(p * p, axis=-1) - 1.0, 0.0)
+
+
+def hellinger(values: ArrayLike) -> Floats:
+    """Return 1 - sum sqrt(p / K), half the squared distance of sqrt(p) from sqrt(1 / K), of values >= 0 (..., K)."""
+    p = probabilities(values)
+    return np.where(p.sum(axis=-1) > 0, np.maximum(1.0 - np.sqrt(p / p.shape[-1]).sum(axis=-1), 0.0), 0.0)
+
+
 def viewpoint_complexity(areas: ArrayLike, surfaces: int, image_area: float) -> Floats:
     """Return C(V) = (1/n) sum ceil(P_i / (P_i + 1)) + (1/r) sum P_i, in (0, 2] (the paper, section 3.1).
 

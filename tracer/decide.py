@@ -51,9 +51,12 @@ def decide(
     criterion: Criterion, evidence: Evidence, settings: Settings, now: Situation, generator: np.random.Generator
 ) -> Decision:
     """Return the allocation of the next round by a criterion."""
-    importance = np.asarray(criterion.importance(evidence), np.float64) * evidence.wanted
+    importance = np.asarray(criterion.importance(evidence), np.float64)
+    if not np.all(np.isfinite(importance)):  # radiance beyond what float32 can square
+        importance = np.ones_like(importance)
+    importance = importance * evidence.wanted
     if criterion.spends == "priority":
-        return Decision(budget.serve(importance, now.goal, now.drawn, settings.most_samples))
+        return Decision(budget.serve(importance, now.goal, now.drawn, settings.most_samples, generator))
     if criterion.spends == "more":
         left = now.goal - int(now.drawn.sum(dtype=np.int64))
         room = np.maximum(settings.most_samples - now.drawn.astype(np.float64), 0.0)
@@ -73,7 +76,10 @@ def decide(
             )
     # The floor grows with the budget: reached at once, it could ask for more than is left to share out.
     least = np.where(evidence.wanted > 0, max(1.0, settings.least_samples * goal / now.total), 1.0)
-    target = budget.fill(importance, goal, np.maximum(now.drawn, least), settings.most_samples)
+    least = np.maximum(now.drawn, least)
+    target = budget.fill(importance, goal, least, settings.most_samples)
+    if criterion.spends == "deviation":  # others are as they say, and not as we would
+        target = budget.suit_sequence(target, goal, least, settings.most_samples)
     return Decision(budget.round_to_total(target, goal, generator), bool(note) and now.may_settle, note)
 
 

@@ -18,7 +18,7 @@ from tracer import backend, criteria, draw, objective, pilot
 from tracer.decide import Decision, Situation, decide
 from tracer.estimate import Estimate, Statistics
 from tracer.result import Report, Result, Round, empty_pixels
-from tracer.rounds import PASS_SIZES, even_pass, next_pass_size, round_goals
+from tracer.rounds import GROWTH, PASS_SIZES, PRIORITY_GROWTH, even_pass, next_pass_size, round_goals
 from tracer.scene import Size, View, open_scene
 from tracer.settings import Settings, make_settings
 from tracer.wanted import wanted
@@ -107,7 +107,8 @@ class Rendering:
 
     def run(self) -> Result:
         """Run all rounds and develop the picture."""
-        goals = round_goals(self.settings, self.criterion.needs_radiance, self.view.pixel_count)
+        growth = PRIORITY_GROWTH if self.criterion.spends == "priority" else GROWTH
+        goals = round_goals(self.settings, self.criterion.needs_radiance, self.view.pixel_count, growth)
         if self.criterion.needs_radiance and len(goals) == 1:
             self.report.notes.append(
                 f"Uniform: {self.settings.spp} spp leave nothing to decide after a first look with "

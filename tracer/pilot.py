@@ -7,7 +7,8 @@ without Mitsuba's merging of meshes (see ``tracer.source``); in an ``mi.Scene`` 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -48,6 +49,8 @@ class Complexity:
     """The same for faces."""
     hit: NDArray[np.bool_]
     """(rows of blocks, columns, K): whether the ray hit anything."""
+    look_at_geometry: Callable[[], NDArray[np.float32]] = field(repr=False)
+    """Traces the same rays once more, see ``measure_geometry``."""
 
     @cached_property
     def shape_entropy(self) -> Floats:
@@ -79,6 +82,14 @@ class Complexity:
         """C(V) of the paper with shapes as surfaces and the block as image."""
         return self.expand(complexity.ray_viewpoint(self.same_shape, self.hit, self.surfaces))
 
+    @cached_property
+    def geometry_contrast(self) -> Floats:
+        """1 - H / log K of the K numbers of ``measure_geometry``, 0 to 1; the rays are traced when it is asked for.
+
+        Equation 10 of J. Rigau, M. Feixas and M. Sbert, "Entropy-based adaptive sampling", Graphics Interface 2003.
+        """
+        return self.expand(complexity.contrast(self.look_at_geometry()))
+
     def expand(self, values: Floats) -> Floats:
         """Return values of blocks as values of pixels."""
         if self.block == 1:
@@ -92,16 +103,41 @@ def measure_complexity(view: View, sampler: Any, seed: int, rays: int, block: in
 
     Where the image is no multiple of the block, its last pixels are looked at again to fill the blocks at the edge.
     """
-    height, width = view.grid
-    rows, columns = -(-height // block), -(-width // block)
-    per_block = rays * block * block
-    slab = max(1, MOST_RAYS // (columns * per_block))
+    columns = -(-view.grid[1] // block)
     parts = [
-        measure_rows(view, sampler, seed, rays, block, top, min(slab, rows - top), columns)
-        for top in range(0, rows, slab)
+        measure_rows(view, sampler, seed, rays, block, top, rows, columns) for top, rows in slabs(view, rays, block)
     ]
-    counted = (np.concatenate(each) for each in zip(*parts, strict=True))
-    return Complexity(view.grid, block, rays, len(view.scene.shapes()), *counted)
+    same_shape, same_face, hit = (np.concatenate(each) for each in zip(*parts, strict=True))
+
+    def look_at_geometry() -> NDArray[np.float32]:
+        return measure_geometry(view, sampler.fork(), seed, rays, block)
+
+    return Complexity(view.grid, block, rays, len(view.scene.shapes()), same_shape, same_face, hit, look_at_geometry)
+
+
+def measure_geometry(view: View, sampler: Any, seed: int, rays: int, block: int = 1) -> NDArray[np.float32]:
+    """Return g = cos / d^2 of each pilot ray (rows of blocks, columns, K); 0 for one that misses.
+
+    cos: between the ray and the normal of the surface itself (not the shading normal), whichever side is seen; d: from
+    where the ray begins, which for some sensors is their near plane. The rays are those of ``measure_complexity``.
+    """
+    columns = -(-view.grid[1] // block)
+    parts = []
+    for top, rows in slabs(view, rays, block):
+        ray = pilot_rays(view, sampler, seed, rays, block, top, rows, columns)
+        found = view.scene.ray_intersect(ray, mi.RayFlags.Minimal, coherent=True)
+        geometry = dr.abs(dr.dot(found.n, ray.d)) / dr.square(found.t)
+        geometry = dr.select(found.is_valid() & dr.isfinite(geometry), geometry, 0.0)
+        parts.append(np.asarray(geometry.numpy()).reshape(rows, columns, -1))
+    return np.concatenate(parts)
+
+
+def slabs(view: View, rays: int, block: int) -> Iterator[tuple[int, int]]:
+    """Yield (first, number) of rows of blocks: as many as can be traced at once."""
+    rows, columns = (-(-side // block) for side in view.grid)
+    most = max(1, MOST_RAYS // (columns * rays * block * block))
+    for top in range(0, rows, most):
+        yield top, min(most, rows - top)
 
 
 def measure_rows(

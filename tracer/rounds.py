@@ -16,10 +16,14 @@ PASS_SECONDS = 1.5
 """A pass takes no longer, unless the smallest does."""
 
 
-def round_goals(settings: Settings, needs_radiance: bool, pixel_count: int) -> list[int]:
+PRIORITY_GROWTH = 1.3
+"""The same where pixels are served by priority: those that are get as many again as they have, so that it is a few."""
+
+
+def round_goals(settings: Settings, needs_radiance: bool, pixel_count: int, growth: float = GROWTH) -> list[int]:
     """Return the samples drawn in all after each round.
 
-    A criterion that learns gets a round that is the same for all pixels, and then such as grow by about GROWTH; two
+    A criterion that learns gets a round that is the same for all pixels, and then such as grow by about ``growth``; two
     equal ones and a last one if those that taught are to be held out. Others have one round, and so has a budget that
     leaves nothing to decide.
     """
@@ -28,7 +32,7 @@ def round_goals(settings: Settings, needs_radiance: bool, pixel_count: int) -> l
         return [spp * pixel_count]
     if settings.unbiased:
         return [goal * pixel_count for goal in (pilot, 2 * pilot, spp)]
-    rounds = max(round(log(spp / pilot) / log(GROWTH)), 1)
+    rounds = max(round(log(spp / pilot) / log(growth)), 1)
     later = [pilot * (spp / pilot) ** ((k + 1) / rounds) for k in range(rounds)]
     return [round(goal * pixel_count) for goal in (pilot, *later)]
 

@@ -87,3 +87,7 @@ def test_what_is_measured_of_a_scene(tmp_path, monkeypatch):
     assert middle[0] < truth.variance[:, 11:13].mean() / 16  # better than independent samples
     counts = oracle.allocation(truth, "relative", 16, "samples")
     assert counts[:, 11:13].mean() > 5 * counts[:, :8].mean()
+    for by in ("samples", "time"):
+        drawn = oracle.rendered_allocation(truth, "relative", 16, by)
+        assert drawn.mean() == pytest.approx(round(drawn.mean()))
+        assert drawn.min() >= 1

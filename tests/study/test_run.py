@@ -155,7 +155,7 @@ def test_killed_and_started_again(scene, tmp_path, monkeypatch):
 def test_one_failure_does_not_stop_the_rest(scene, tmp_path, monkeypatch):
     own = methods.render_view
 
-    def sometimes(view, settings, progress):
+    def sometimes(view, settings, progress, importance):
         if settings.criterion == "fused" and settings.spp == 16 and settings.seed == 1:
             raise RuntimeError("out of luck\nsecond line")
         return own(view, settings, progress)

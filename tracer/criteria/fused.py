@@ -58,7 +58,7 @@ def fused(evidence: Evidence) -> Floats:
     observed, valid = error_of_means(before, known, weight, evidence.colour_channels)
     chosen = np.flatnonzero(valid)[:: max(1, valid.size // FIT_PIXELS)]
     columns = np.stack([column.ravel()[chosen] for column in past], axis=-1).astype(np.float64)
-    if len(chosen) == 0 or not np.all(np.isfinite(columns)):  # radiance beyond what float32 can square
+    if len(chosen) == 0 or not np.all(np.isfinite(columns)):
         return np.ones_like(evidence.weight)
     predicted = combine(present, fit(columns, observed.ravel()[chosen]))
     return np.sqrt(np.maximum(predicted, SMALLEST * predicted.mean()))

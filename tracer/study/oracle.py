@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import gaussian_filter
 
-from tracer import objective, score
+from tracer import budget, objective, score
 from tracer.study.truth import Truth
 
 LEAST_LIMIT = 1.1
@@ -73,6 +73,13 @@ def allocation(truth: Truth, name: str, spp: float, by: str, least: float = 1.0)
         counts = np.maximum((urgency * np.exp(middle)) ** (1 / (1 + rate)), least)
         low, high = (middle, high) if np.sum(counts * cost) < spp * np.sum(cost) else (low, middle)
     return counts
+
+
+def rendered_allocation(truth: Truth, name: str, spp: float, by: str) -> Floats:
+    """Return the same in counts that suit the sequence, with a mean that is a whole number."""
+    counts = allocation(truth, name, spp, by)
+    total = max(1, round(float(counts.mean()))) * counts.size
+    return budget.suit_sequence(counts * (total / counts.sum()), total, 1.0, float(total))
 
 
 def predicted(truth: Truth, name: str, counts: ArrayLike) -> float:

@@ -107,7 +107,7 @@ class Opened:
     def foretell(self, by: str) -> Foretold:
         """Return the allocations of an oracle, which measures the scene now if nobody has before."""
         truth = measure_truth(self.setting, self.studio.view, lambda text: self.told(None, text))
-        return cache(lambda spp: oracle.allocation(truth, self.plan.objective, spp, by))
+        return cache(lambda spp: oracle.rendered_allocation(truth, self.plan.objective, spp, by))
 
     def shoot(self, cell: Cell) -> tuple[Shot, int]:
         """Return the picture of a cell and the samples per pixel that were asked for."""

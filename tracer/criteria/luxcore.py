@@ -1,0 +1,57 @@
+"""LuxCoreRender's noise map: how much the shown picture has changed around a pixel, as the chance of further samples.
+
+``filmnoiseestimation.cpp`` and the samplers of LuxCoreRender 2.10 (2025), with their defaults. The change since the
+last look is sum_c |new_c - old_c| / sqrt(sum_c new_c) of the tone-mapped colours; it is averaged over a window, turned
+into a standard score, cut off at 6 and scaled to 0 to 1 over the image. A pixel that comes up is sampled with
+probability max(noise, 1 - strength), and so further samples are in proportion to it: this rule never stops anything.
+LuxCore looks every 32 samples per pixel, here after every round; before it can compare, all pixels are the same.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import uniform_filter
+
+from tracer.criteria.colour import colours, grey_as_rgb, known
+from tracer.criteria.divergences import divided
+from tracer.criteria.registry import Evidence, Floats, criterion
+from tracer.estimate import Statistics
+
+STRENGTH = 0.95
+"""LuxCore's ``adaptive.strength``: no pixel is 20 times as likely as another."""
+WINDOW = 8
+"""Pixels a side: from 4 before the pixel to 3 after it, LuxCore's loop with ``filter.scale`` 4."""
+MOST = 6.0
+"""Standard scores beyond this are outliers."""
+GAMMA = 2.2
+
+
+def tone_mapped(statistics: Statistics, channels: int) -> Floats:
+    """Return the mean colours (H, W, 3) as shown, 0 to 1: exposure 1 and the default gamma, for want of a camera."""
+    shown = grey_as_rgb(np.nan_to_num(colours(statistics.mean, channels)))
+    return np.clip(shown, 0.0, 1.0) ** (1.0 / GAMMA)
+
+
+def window_mean(values: Floats) -> Floats:
+    """Return means over windows (H, W), which are cut off at the edge of the image."""
+    inside = uniform_filter(np.ones_like(values), WINDOW, mode="constant")
+    return uniform_filter(values, WINDOW, mode="constant") / inside
+
+
+def noise(new: Floats, old: Floats) -> Floats:
+    """Return the noise map (H, W), 0 to 1, of two tone-mapped pictures (H, W, 3); zeros where all change the same."""
+    change = window_mean(divided(np.abs(new - old).sum(axis=-1), np.sqrt(new.sum(axis=-1))))
+    deviation = float(change.std())
+    if deviation <= 1e-9 * float(change.mean()):  # rounding, not noise
+        return np.zeros_like(change)
+    score = np.clip((change - change.mean()) / deviation, -MOST, MOST)
+    return (score - score.min()) / (score.max() - score.min())
+
+
+@criterion("luxcore", needs_radiance=True, spends="more")
+def luxcore(evidence: Evidence) -> Floats:
+    """Return max(noise, 1 - STRENGTH) (H, W); ones as long as there is nothing to compare with."""
+    if evidence.before is None:
+        return np.ones_like(evidence.weight)
+    pictures = (tone_mapped(each, evidence.colour_channels) for each in (known(evidence), evidence.before))
+    return np.maximum(noise(*pictures), 1.0 - STRENGTH)

@@ -1,0 +1,44 @@
+"""The test of Mitsuba 0.6: how sure the mean of a pixel is, relative to its brightness.
+
+Integrator ``adaptive`` of Mitsuba 0.6 (``src/integrators/misc/adaptive.cpp``): a pixel stops when the half width of the
+confidence interval of its luminance, z sqrt(s^2 / n), is at most 5 % of max(mean, 1 % of the image's mean), the image's
+from 10 000 samples before the render. Here it is the mean of all samples so far, and the 5 % are changed until
+the budget is spent. z is that of Mitsuba's p-value of 0.05, and does not matter to who comes first.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from tracer.criteria.colour import beyond_rounding, colours, known, ranked
+from tracer.criteria.divergences import Sums, divided
+from tracer.criteria.registry import Evidence, Floats, criterion
+from tracer.score import LUMINANCE, luminance
+
+Z = 1.959964
+"""Two-sided, of a normal distribution."""
+DARKEST = 0.01
+"""Part of the image's mean below which darkness does not ask for more."""
+
+
+def squared_luminance(colour: list[Any], index: Any) -> Sums:
+    """Ask for the mean of the squared luminance."""
+    if len(colour) == 1:
+        return [colour[0] * colour[0]], []
+    bright = sum(float(weight) * c for weight, c in zip(LUMINANCE, colour, strict=True))
+    return [bright * bright], []
+
+
+@criterion("z_test", needs_radiance=True, spends="priority", moments=squared_luminance)
+def z_test(evidence: Evidence) -> Floats:
+    """Return z sqrt(s^2 / n) / max(mean, 1 % of the image's) (H, W)."""
+    statistics, channels = known(evidence), evidence.colour_channels
+    count = np.maximum(statistics.count, 2).astype(np.float64)
+    mean = luminance(colours(statistics.mean, channels))
+    # The variance of luminance is not in those of the channels: they are correlated.
+    squared = colours(statistics.moments, 1)
+    of_all = beyond_rounding(squared - mean[..., None] ** 2, evidence, squared)[..., 0]
+    usual = np.maximum(mean, DARKEST * float(np.mean(mean, where=np.isfinite(mean))))
+    return ranked(divided(Z * np.sqrt(of_all / (count - 1.0)), usual), evidence)
