@@ -18,6 +18,9 @@ the expected picture does not depend on it.
  * - objective
    - |string|
    - Which error is to be small: relative, absolute, display. (Default: relative)
+ * - exposure
+   - |float|
+   - Stops by which the picture will be brightened before it is looked at. (Default: 0)
  * - pilot_spp, min_spp, max_spp
    - |int|
    - Rays per pixel that look first; least and most samples of any pixel. (Default: chosen by the budget)

@@ -32,6 +32,8 @@ samples a pixel has in each: the picture is right, but less well stratified.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import drjit as dr
 import mitsuba as mi
 
@@ -65,12 +67,27 @@ def pascal(x: mi.UInt32) -> mi.UInt32:
     return x ^ (x >> 16)
 
 
+def entry(table: Sequence[int], number: mi.UInt32) -> mi.UInt32:
+    """Return entry ``number`` of a short table of constants; beyond its end, any of them.
+
+    A tree of selections: an array to gather from would have to be made while a frozen function is being recorded.
+    """
+    entries = [mi.UInt32(value) for value in table]
+    bit = 0
+    while len(entries) > 1:
+        odd = (number >> bit) & 1 == 1
+        pairs = zip(entries[::2], [*entries[1::2], entries[-1]][: len(entries[::2])], strict=True)
+        entries = [dr.select(odd, second, first) for first, second in pairs]
+        bit += 1
+    return entries[0]
+
+
 def reorder(index: mi.UInt32, pair: mi.UInt32) -> mi.UInt32:
     """Return the place in the sequence that a pair of dimensions takes its point of an index from.
 
     The carry-less product with the pair's polynomial in the shift to lower bits; see ``pairings.py``.
     """
-    polynomial = dr.gather(mi.UInt32, mi.UInt32(POLYNOMIALS), pair)
+    polynomial = entry(POLYNOMIALS, pair)
     place = index
     for k in range(1, DEGREE):
         place = place ^ dr.select((polynomial >> k) & 1 == 1, index >> k, 0)

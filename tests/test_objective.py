@@ -20,6 +20,12 @@ def test_display_is_the_squared_slope_of_the_curve_and_zero_where_it_clips():
     assert objective.weights("display", [1.0, 20.0]) == pytest.approx([0, 0])
 
 
+@pytest.mark.parametrize("name", objective.OBJECTIVES)
+def test_exposure_brightens_before_anything_else(name):
+    luminance = np.array([0.001, 0.1, 0.4, 3.0])
+    assert objective.weights(name, luminance, 2.0) == pytest.approx(objective.weights(name, 4 * luminance))
+
+
 def test_negative_luminance_is_black():
     assert objective.weights("relative", [-3.0]) == pytest.approx(objective.weights("relative", [0.0]))
 

@@ -56,9 +56,9 @@ def render(
     """Render ``scene`` (path of an XML file, dictionary, or ``mi.Scene``) and return picture, counts and errors.
 
     ``importance``: array (H, W) or image file whose values multiply the importance of each pixel. Further keywords are
-    those of ``tracer.settings.Settings``: spp, seed, criterion, objective, pilot_spp, min_spp, max_spp, cost, block,
-    unbiased, shape_weights; where the scene's integrator is ``adaptive``, its parameters are the defaults. Sets the
-    Mitsuba variant ``llvm_ad_rgb`` unless one is active. Raises the errors of ``tracer.errors``.
+    those of ``tracer.settings.Settings``: spp, seed, criterion, objective, exposure, pilot_spp, min_spp, max_spp, cost,
+    block, unbiased, shape_weights; where the scene's integrator is ``adaptive``, its parameters are the defaults. Sets
+    the Mitsuba variant ``llvm_ad_rgb`` unless one is active. Raises the errors of ``tracer.errors``.
     """
     backend.activate()
     if isinstance(importance, str | Path):
@@ -85,6 +85,7 @@ class Rendering:
     def __init__(
         self, view: View, settings: Settings, progress: ProgressCallback | None = None, importance: Any = None
     ) -> None:
+        self.start = time.perf_counter()
         self.view, self.settings, self.progress = view, settings, progress
         self.criterion = criteria.get(settings.criterion)
         self.report = Report(settings)
@@ -103,7 +104,6 @@ class Rendering:
         self.held_out: Estimate | None = None
         """Samples that decided and are kept out of the picture."""
         self.pass_size = PASS_SIZES[1]
-        self.start = time.perf_counter()
 
     def run(self) -> Result:
         """Run all rounds and develop the picture."""
@@ -188,7 +188,8 @@ class Rendering:
         if known is None:
             return np.ones(self.view.grid)
         brightness = self.view.luminance(known.mean)
-        return objective.weights(self.settings.objective, gaussian_filter(brightness, 1.0, mode="nearest"))
+        smooth = gaussian_filter(brightness, 1.0, mode="nearest")
+        return objective.weights(self.settings.objective, smooth, self.settings.exposure)
 
     def draw_round(self, allocation: NDArray[np.uint32]) -> None:
         """Draw what ``allocation`` has beyond what is drawn, pass by pass."""

@@ -13,19 +13,19 @@ EPSILON = 0.01
 """Added to the squared luminance in relative errors, so that black pixels do not take everything."""
 
 
-def weights(objective: str, luminance: ArrayLike) -> NDArray[np.float64]:
-    """Return w >= 0 for pixels of mean ``luminance`` (any shape).
+def weights(objective: str, luminance: ArrayLike, exposure: float = 0.0) -> NDArray[np.float64]:
+    """Return w >= 0 for pixels of mean ``luminance`` L (any shape), seen at ``exposure`` in stops: L 2^exposure.
 
     absolute: 1. relative: 1 / (L^2 + EPSILON). display: the squared slope of the sRGB curve at L, zero where the
     screen clips.
     """
-    luminance = np.maximum(np.asarray(luminance, np.float64), 0.0)
+    seen: NDArray[np.float64] = np.maximum(np.asarray(luminance, np.float64), 0.0) * 2.0**exposure
     if objective == "absolute":
-        return np.ones_like(luminance)
+        return np.ones_like(seen)
     if objective == "relative":
-        return 1.0 / (luminance**2 + EPSILON)
+        return 1.0 / (seen**2 + EPSILON)
     if objective == "display":
-        return np.where(luminance < 1.0, srgb_slope(luminance) ** 2, 0.0)
+        return np.where(seen < 1.0, srgb_slope(seen) ** 2, 0.0)
     raise ValueError(f"unknown objective '{objective}'")
 
 

@@ -169,6 +169,12 @@ def test_renders_under_every_llvm_variant(variant, tmp_path):
     subprocess.run([sys.executable, "-c", VARIANT_SCRIPT, variant], check=True, timeout=300, cwd=tmp_path)
 
 
+@pytest.mark.parametrize("size", [1, 2, 5, 24, 32])
+def test_entries_of_a_table(size):
+    table = list(range(100, 100 + size))
+    assert owen_sobol.entry(table, dr.arange(mi.UInt32, size)).numpy().tolist() == table
+
+
 @pytest.mark.parametrize("gap", [1, 2, 3])
 @pytest.mark.parametrize("first", [0, 1, 5, 20])
 def test_two_pairs_are_spread_together(first, gap):

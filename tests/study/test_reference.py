@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 from conftest import LIT
+from tracer import score
 from tracer.study import reference as references
 from tracer.study.halves import Half, tile_means
 from tracer.study.methods import Setting
 from tracer.study.reference import FALSE_ALARM, Reference, cache_folder, make_reference, spp_of_chunk
+from tracer.study.run import without_error_of
 
 BALL = '<shape type="sphere"><point name="center" x="0.3" y="0" z="4"/></shape>'
 
@@ -126,3 +128,26 @@ def test_chunks_are_kept_when_it_is_stopped(scene_file):
     cold = np.mean([half.mean for half in (whole.by_mitsuba, whole.by_tracer)], axis=0)
     np.testing.assert_array_equal(cold, whole.image)
     assert (whole.by_mitsuba.chunks, whole.by_tracer.chunks) == (4, 4)
+
+
+def test_errors_are_measured_as_if_the_reference_had_none():
+    """A noisy picture against a noisy reference: what is left is the error against the truth, at 3 standard errors."""
+    rng = np.random.default_rng(4)
+    shape, noise, own = (120, 160, 3), 0.05, 0.03
+    truth = np.full(shape, 0.5)
+
+    def half(spread):
+        made = Half.empty(16, *shape[:2])
+        made.mean = truth + rng.normal(0, spread, shape)
+        return made
+
+    reference = Reference(half(own * np.sqrt(2)), half(own * np.sqrt(2)))
+    picture = truth + rng.normal(0, noise, shape)
+    measured = score.all_scores(picture, reference.image)
+    found = without_error_of(reference, measured)
+    assert measured.mse == pytest.approx(noise**2 + own**2, rel=0.03)
+    exact = float(np.mean((picture - truth) ** 2))
+    spread = np.sqrt((4 * noise**2 * own**2 + 4 * own**4) / picture.size)
+    assert abs(found.mse - exact) < 3 * spread
+    nothing = without_error_of(reference, score.all_scores(reference.image, reference.image))
+    assert nothing.mse == 0

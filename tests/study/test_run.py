@@ -76,7 +76,7 @@ def test_scores_are_those_of_the_pictures(scene, tmp_path):
     reference = make_reference(plan.find_scenes()[0].setting, results.scenes[0].reference_spp)
     for one in results.measurements:
         shot, took = cells.load(one.cell, tmp_path / "out")
-        assert one.scores.mse == pytest.approx(score.mse(shot.image, reference.image))
+        assert one.scores.mse == pytest.approx(score.mse(shot.image, reference.image) - reference.mse)
         assert one.scores.bias == pytest.approx(score.bias(shot.image, reference.image))
         assert took.samples == 12 * 8 * shot.counts.mean()
     alone = tracer.render(scene, spp=8, seed=0, criterion="fused")

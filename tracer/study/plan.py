@@ -63,6 +63,7 @@ class MethodPlan(Part):
     """Instead of both: the best allocation of so many samples, or of the time that they take when uniform, by one who
     has measured every pixel beforehand."""
     objective: str = "relative"
+    exposure: float = 0.0
     pilot_spp: int | None = None
     min_spp: int | None = None
     max_spp: int | None = None

@@ -1,143 +1,25 @@
-"""Numbers of a study: a line a cell, a line a method, and means over scenes."""
+"""From measurements to gains over the baseline, per scene and as means, and to the share of what an oracle gains."""
 
 from __future__ import annotations
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from tracer.score import Scores
-from tracer.study.cells import Cell, Took
-from tracer.study.gains import Gain, Interval, error_rate, gain, geometric_mean
+from tracer.study.gains import error_rate, gain, geometric_mean
 from tracer.study.oracle import LEAST_LIMIT, share
-from tracer.study.plan import Plan
+from tracer.study.plan import MethodPlan, Plan
+from tracer.study.records import GAINS, SCORES, Failure, Gains, Limits, Mean, Measurement, Row, SceneFacts
 
-CLOSE = 0.1
-"""A reference whose own error (RMS) is more than this part of a cell's is too close to it."""
-
-
-@dataclass(frozen=True)
-class SceneFacts:
-    """What is known of a scene."""
-
-    name: str
-    width: int
-    height: int
-    reference_spp: int
-    """Samples per pixel of both halves of the reference."""
-    reference_mse: float
-    """Mean squared error of the reference, from the difference of its halves."""
-    reference_relative_mse: float
-    halves_agree: bool
-    disagreement: float
-    """p-value of the test that the halves show the same picture."""
-    limit: float
-    """What the oracle could gain in relMSE at equal samples, 1 + CV^2."""
-
-
-@dataclass(frozen=True)
-class Measurement:
-    """One cell measured."""
-
-    cell: Cell
-    took: Took
-    scores: Scores
-    too_close: bool
-    """Whether the reference is too close for its relMSE."""
-
-
-@dataclass(frozen=True)
-class Failure:
-    """A cell that could not be rendered, and why."""
-
-    scene: str
-    method: str
-    budget: str
-    seed: int
-    message: str
-
-
-@dataclass(frozen=True)
-class Gains:
-    """Gains of a method on a scene at one budget."""
-
-    scene: str
-    samples: Gain
-    """At equal samples."""
-    time: Gain
-    """At equal time."""
-    trimmed: Gain
-    """Of the trimmed error, at equal samples."""
-
-
-GAINS = ("samples", "time", "trimmed")
-
-
-@dataclass(frozen=True)
-class Limits:
-    """What an oracle gains on a scene at one budget."""
-
-    samples: float
-    """At equal samples."""
-    time: float | None
-    """At equal time, if it was measured."""
-
-
-@dataclass(frozen=True)
-class Row:
-    """One method on one scene at one budget: means over seeds, and gains over the baseline."""
-
-    scene: str
-    budget: str
-    method: str
-    seeds: int
-    spp: float
-    """Samples taken over pixels of the picture: what a sampler rounds up to, and a film's border, count."""
-    samples: float
-    seconds: float
-    """Of one picture, geometric mean."""
-    drawing: float
-    """Share of the seconds in which radiance samples were drawn."""
-    scores: Scores
-    gain_samples: Interval | None
-    """relMSE of the baseline over that of the method, per sample; None where the baseline failed."""
-    gain_time: Interval | None
-    """The same per second."""
-    gain_trimmed: Interval | None
-    """As gain_samples, of the trimmed relMSE."""
-    oracle_share: float | None
-    """log(gain_samples) / log(limit), of methods that minimise the relative error, over a uniform baseline; None for
-    others, and where there is next to nothing to gain. The limit is what an oracle by samples gained, if the study has
-    one, else that of the scene."""
-    oracle_time_share: float | None
-    """The same at equal time; None if the study has no oracle by time."""
-    paired: bool
-    """Whether all times were measured next to the baseline's, in the same run."""
-    too_close: bool
-    """Whether the reference is too close to one of the cells."""
-
-
-@dataclass(frozen=True)
-class Mean:
-    """Gains of a method at one budget, geometric mean over scenes."""
-
-    budget: str
-    method: str
-    scenes: int
-    """On how many scenes both it and the baseline were measured."""
-    gain_samples: Interval
-    gain_time: Interval
-    gain_trimmed: Interval
-    worst: float
-    """Least gain_samples of any scene."""
-    worst_scene: str
-    worst_time: float
-    """Least gain_time of any scene."""
-    oracle_share: float | None
-    """log(gain_samples) over log(limit), both means over the scenes where there is something to gain."""
-    oracle_time_share: float | None
+ERRORS: dict[str, Callable[[Scores], float]] = {
+    "relative": lambda scores: scores.relative_mse,
+    "absolute": lambda scores: scores.mse,
+    "display": lambda scores: 10 ** (-scores.psnr / 10),
+}
+"""The error that each objective is after."""
 
 
 @dataclass
@@ -156,13 +38,13 @@ class Results:
     def tables(self) -> tuple[list[Row], list[Mean]]:
         """Return rows and means."""
         gains: dict[tuple[str, str], list[Gains]] = {}
-        limits: dict[tuple[str, str], Limits] = {}
+        limits: dict[tuple[str, str, str], Limits] = {}
         rows = [row for facts in self.scenes for row in self.rows_of(facts, gains, limits)]
         means = []
         for (budget, method), found in gains.items():
             samples, times, trimmed = (geometric_mean([getattr(one, name) for one in found]) for name in GAINS)
             worst = min(found, key=lambda one: one.samples.value)
-            most = [limits[one.scene, budget] for one in found]
+            most = [limits[one.scene, budget, method] for one in found]
             rated = self.is_rated(method)
             means.append(
                 Mean(
@@ -185,21 +67,28 @@ class Results:
             )
         return rows, means
 
-    def is_rated(self, name: str) -> bool:
-        """Return whether a method does what an oracle of the relative error does: minimise it, against uniform."""
-        own = next(method for method in self.plan.methods if method.name == name)
-        against = next(method for method in self.plan.methods if method.name == self.plan.compared_with)
-        return own.criterion not in (None, "uniform") and against.criterion == "uniform" and own.objective == "relative"
+    def method(self, name: str) -> MethodPlan:
+        """Return the plan of a method."""
+        return next(method for method in self.plan.methods if method.name == name)
 
-    def limits(self, facts: SceneFacts, found: dict[str, Gains]) -> Limits:
-        """Return what an oracle gains at one budget, from the gains of all methods by name."""
+    def is_rated(self, name: str) -> bool:
+        """Return whether a method does what an oracle does: minimise an error, against uniform."""
+        return (
+            self.method(name).criterion not in (None, "uniform")
+            and self.method(self.plan.compared_with).criterion == "uniform"
+        )
+
+    def limits(self, name: str, facts: SceneFacts, found: dict[str, Gains]) -> Limits:
+        """Return what an oracle of the objective of a method gains, from the gains of all methods at a budget."""
+        objective = self.method(name).objective
         by = {
             method.oracle: found[method.name]
             for method in self.plan.methods
-            if method.oracle and method.objective == "relative" and method.name in found
+            if method.oracle and method.objective == objective and method.name in found
         }
+        known = facts.limit if objective == "relative" else None
         return Limits(
-            by["samples"].samples.value if "samples" in by else facts.limit,
+            by["samples"].samples.value if "samples" in by else known,
             by["time"].time.value if "time" in by else None,
         )
 
@@ -207,19 +96,20 @@ class Results:
         self,
         facts: SceneFacts,
         gains: dict[tuple[str, str], list[Gains]],
-        limits: dict[tuple[str, str], Limits],
+        limits: dict[tuple[str, str, str], Limits],
     ) -> list[Row]:
-        """Return the rows of a scene; add its gains by (budget, method), and its limits by (scene, budget)."""
+        """Return the rows of a scene; add its gains by (budget, method), and its limits by (scene, budget, method)."""
         groups: dict[tuple[str, str], dict[int, Measurement]] = {}
         for one in self.measurements:
             if one.cell.scene == facts.name:
                 groups.setdefault((one.cell.budget.label, one.cell.method), {})[one.cell.seed] = one
         baseline = self.plan.compared_with
         known = [list(group.values()) for (_, method), group in groups.items() if method == baseline]
-        rate = error_rate(
-            [[one.took.seconds for one in group] for group in known],
-            [[one.scores.relative_mse for one in group] for group in known],
-        )
+        seconds = [[one.took.seconds for one in group] for group in known]
+        rates = {
+            objective: error_rate(seconds, [[measure(one.scores) for one in group] for group in known])
+            for objective, measure in ERRORS.items()
+        }
         rows = []
         for budget in (one.label for one in self.plan.budgets):
             against = groups.get((budget, baseline), {})
@@ -230,9 +120,14 @@ class Results:
                 name: [(one, against[seed]) for seed, one in group.items() if seed in against]
                 for name, group in own.items()
             }
-            found = {name: compare(each, rate) for name, each in pairs.items() if each}
-            limits[facts.name, budget] = most = self.limits(facts, found)
+            objectives = {name: self.method(name).objective for name in own}
+            found = {
+                name: compare(each, rates[objectives[name]], ERRORS[objectives[name]])
+                for name, each in pairs.items()
+                if each
+            }
             for name, group in own.items():
+                limits[facts.name, budget, name] = most = self.limits(name, facts, found)
                 if name in found:
                     gains.setdefault((budget, name), []).append(found[name])
                 rows.append(self.summarise(list(group.values()), pairs[name], found.get(name), facts, most))
@@ -263,7 +158,7 @@ class Results:
             gain_samples=None if found is None else found.samples.interval,
             gain_time=None if found is None else found.time.interval,
             gain_trimmed=None if found is None else found.trimmed.interval,
-            oracle_share=share(found.samples.value, most.samples) if found and rated else None,
+            oracle_share=share(found.samples.value, most.samples) if found and rated and most.samples else None,
             oracle_time_share=share(found.time.value, most.time) if found and rated and most.time else None,
             paired=all(one.took.run == other.took.run for one, other in pairs),
             too_close=any(one.too_close for one in group),
@@ -279,23 +174,20 @@ def mean_share(pairs: Sequence[tuple[float, float | None]]) -> float | None:
     return float(gains / limits)
 
 
-SCORES = tuple(Scores.__dataclass_fields__)
-
-
-def compare(pairs: Sequence[tuple[Measurement, Measurement]], rate: float) -> Gains:
+def compare(pairs: Sequence[tuple[Measurement, Measurement]], rate: float, error: Callable[[Scores], float]) -> Gains:
     """Return the gains of the first of each pair over the second; ``rate`` as in ``gain``, for time."""
     scene, budget = pairs[0][0].cell.scene, pairs[0][0].cell.budget.label
     key = zlib.crc32(f"{scene} {budget}".encode())
 
-    def errors(name: str) -> tuple[list[float], list[float]]:
-        own, other = zip(*((getattr(m.scores, name), getattr(u.scores, name)) for m, u in pairs), strict=True)
+    def errors(measure: Callable[[Scores], float]) -> tuple[list[float], list[float]]:
+        own, other = zip(*((measure(m.scores), measure(u.scores)) for m, u in pairs), strict=True)
         return list(own), list(other)
 
     samples = [m.took.samples / u.took.samples for m, u in pairs]
     seconds = [m.took.seconds / u.took.seconds for m, u in pairs]
     return Gains(
         scene,
-        gain(*errors("relative_mse"), samples, key=key),
-        gain(*errors("relative_mse"), seconds, rate, key),
-        gain(*errors("relative_mse_trimmed"), samples, key=key),
+        gain(*errors(error), samples, key=key),
+        gain(*errors(error), seconds, rate, key),
+        gain(*errors(lambda scores: scores.relative_mse_trimmed), samples, key=key),
     )

@@ -6,12 +6,14 @@ import datetime
 import os
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from tracer import backend, score
+from tracer.score import Scores
 from tracer.study import cells, oracle, shoot
 from tracer.study.cells import Cell, Took
 from tracer.study.check import check_study, count_scenes, one_at_a_time, prepare_output
@@ -19,8 +21,9 @@ from tracer.study.methods import Shot
 from tracer.study.page.build import write_page
 from tracer.study.page.scene import ScenePictures, Shown
 from tracer.study.plan import Plan, Scene
+from tracer.study.records import CLOSE, Failure, Measurement, SceneFacts
 from tracer.study.reference import Reference, make_reference
-from tracer.study.results import CLOSE, Failure, Measurement, Results, SceneFacts
+from tracer.study.results import Results
 from tracer.study.scores import ScoreBook
 from tracer.study.write import PAGE, write_results
 
@@ -31,6 +34,8 @@ OBJECTIVE = "relative"
 """Which error gains and limits are of."""
 PAGE_SECONDS = 60.0
 """Least time between two pages: they take a second or two a scene."""
+LEAST_LEFT = 0.1
+"""Part of a measured squared error that is never taken for the reference's."""
 MARGIN = 1.2
 """Samples of a reference beyond those that its error so far asks for."""
 
@@ -118,7 +123,7 @@ class Study:
             self.tell(f"{scene.name}: scores", k, len(found))
             scores = self.book.scores(cell, shot.image, reference)
             close = CLOSE**2 * scores.relative_mse < facts.reference_relative_mse
-            measured.append(Measurement(cell, took, scores, close))
+            measured.append(Measurement(cell, took, without_error_of(reference, scores), close))
         self.book.save()
         self.results.scenes.append(facts)
         self.results.measurements += measured
@@ -161,6 +166,22 @@ class Study:
             self.tell(f"{scene.name}: reference, {done} of {total} spp", done, total)
 
         return make_reference(scene.setting, spp, passed)
+
+
+def without_error_of(reference: Reference, scores: Scores) -> Scores:
+    """Return scores whose squared errors are those against the truth: less that of the reference, which is independent.
+
+    Where next to nothing would be left, LEAST_LEFT of it stays.
+    """
+
+    def left(measured: float, own: float) -> float:
+        return max(measured - own, LEAST_LEFT * measured)
+
+    return replace(
+        scores,
+        mse=left(scores.mse, reference.mse),
+        relative_mse=left(scores.relative_mse, reference.relative_mse),
+    )
 
 
 def describe_scene(name: str, reference: Reference) -> SceneFacts:

@@ -13,7 +13,7 @@ from tracer.study import oracle
 from tracer.study.cells import Cell, is_kept, store
 from tracer.study.methods import Foretold, Method, Setting, Shot, Studio
 from tracer.study.plan import Budget, MethodPlan, Plan, Scene
-from tracer.study.results import Failure
+from tracer.study.records import Failure
 from tracer.study.truth import measure_truth
 
 WARM_UP_SPP = 40

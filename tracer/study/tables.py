@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from tracer.study.gains import Interval
-from tracer.study.results import Mean, Results, Row
+from tracer.study.records import Mean, Row
+from tracer.study.results import Results
 
 HEADINGS = (
     "scene",
@@ -167,12 +168,14 @@ def legend(results: Results) -> str:
         "relMSE: squared error over the reference's squared luminance + 0.01, mean over pixels; trimmed: without the "
         "0.1 % of the pixels that err most. PSNR and SSIM: as a screen shows it. FLIP: HDR-FLIP at the reference's "
         "exposures. bias: mean signed error over the mean of the reference. drawing: share of the seconds in which "
-        f"samples were drawn. gain: relMSE of {results.plan.compared_with} over that of the method, ratio of means "
+        f"samples were drawn. gain: relMSE of {results.plan.compared_with} over that of the method (MSE for a method "
+        "whose objective is absolute, squared error on the screen for display), ratio of means "
         "over seeds, with its 95 % bootstrap interval over seeds (expanded percentiles; with fewer than five "
         "seeds it is too narrow); at equal time the error of the baseline is taken to "
         "fall with its time at the rate that its budgets show. of oracle: log(gain) over log(limit), which is what "
         "an oracle gained that had measured every pixel beforehand, or 1 + CV² of the variance of samples where the "
         "study has no oracle; only where it is above 1.1. "
-        f"{CLOSE_MARK}: the error is less than ten times that of the reference (RMS), so it is a little "
-        f"less than measured. {UNPAIRED_MARK}: some times were not measured next to the baseline's.\n"
+        "From MSE and relMSE that of the reference, known from its halves, is subtracted. "
+        f"{CLOSE_MARK}: the error is less than ten times that of the reference (RMS). "
+        f"{UNPAIRED_MARK}: some times were not measured next to the baseline's.\n"
     )

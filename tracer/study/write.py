@@ -15,7 +15,8 @@ import numpy as np
 
 from tracer import files
 from tracer.metadata import version
-from tracer.study.results import SCORES, Measurement, Results
+from tracer.study.records import SCORES, Measurement
+from tracer.study.results import Results
 from tracer.study.tables import markdown
 
 PAGE = "index.html"

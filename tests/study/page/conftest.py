@@ -11,7 +11,8 @@ from tracer.study.cells import Cell, Took
 from tracer.study.page.build import write_page
 from tracer.study.page.scene import ScenePictures, Shown
 from tracer.study.plan import Budget, make_plan
-from tracer.study.results import Failure, Measurement, Results, SceneFacts
+from tracer.study.records import Failure, Measurement, SceneFacts
+from tracer.study.results import Results
 
 METHODS = ["uniform", "fused", "edges", "stock a", "stock b", "stock c"]
 HEIGHT, WIDTH = 192, 256

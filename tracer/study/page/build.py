@@ -17,7 +17,8 @@ from tracer.study.page.encode import encode_counts, encode_picture, reduce
 from tracer.study.page.plots import convergence
 from tracer.study.page.scene import ScenePictures, Shown
 from tracer.study.picture import relative_error, write_panels
-from tracer.study.results import Results, Row, SceneFacts
+from tracer.study.records import Row, SceneFacts
+from tracer.study.results import Results
 from tracer.study.tables import HEADINGS, bounds, cells, legend
 from tracer.study.write import conditions, finite
 

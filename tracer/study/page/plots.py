@@ -7,7 +7,7 @@ import io
 from collections.abc import Sequence
 from typing import Any
 
-from tracer.study.results import Row
+from tracer.study.records import Row
 
 INK = "#010203"
 """Stands for the text colour of the page, which replaces it."""
