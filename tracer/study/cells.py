@@ -107,8 +107,17 @@ def plugin_sources() -> list[Path]:
 
 
 def criterion_hash(name: str) -> str:
-    """Return a hash of the file that a criterion is in."""
-    return hash_of([Path(inspect.getfile(criteria.get(name).importance))])
+    """Return a hash of the file that a criterion is in, and of those in the same folder that it takes functions from."""
+    first = inspect.getmodule(criteria.get(name).importance)
+    found, waiting = [], [first]
+    while waiting:
+        module = waiting.pop()
+        if module is None or module in found:
+            continue
+        found.append(module)
+        sources = {inspect.getmodule(one) for one in vars(module).values() if inspect.isfunction(one)}
+        waiting += [one for one in sources if one is not None and one.__package__ == module.__package__]
+    return hash_of(sorted(Path(inspect.getfile(module)) for module in found))
 
 
 @cache
