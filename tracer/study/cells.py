@@ -107,7 +107,7 @@ def plugin_sources() -> list[Path]:
 
 
 def criterion_hash(name: str) -> str:
-    """Return a hash of the file that a criterion is in, and of those in the same folder that it takes functions from."""
+    """Return a hash of the file of a criterion, and of those in the same folder that it takes functions from."""
     first = inspect.getmodule(criteria.get(name).importance)
     found, waiting = [], [first]
     while waiting:
