@@ -34,3 +34,39 @@ def test_recorded_samples_are_those_that_are_traced(sensor, known, monkeypatch):
             assert np.ptp(found.values[0].numpy()) > 0
         assert recorded.recordable == (sensor == "perspective")
         recorded.close()
+
+
+def drawn_rays(scene, spp=16):
+    """Return the rays of every sample of a scene."""
+    sampler = mi.load_dict({"type": "owen_sobol"})
+    with open_scene(scene) as view:
+        counts = np.full(view.pixel_count, spp, np.uint32)
+        pixel, index = draw.lane_pixels(draw.Line(counts, 0 * counts).take(1 << 20))
+        samples = draw.draw(view, sampler, mi.UInt32(1), pixel, index, mi.Float(0.25))
+        return samples.rays.numpy()
+
+
+def camera_at(depth):
+    """Return a scene with a camera at z = 4 that sees nothing yet, and paths of at most ``depth`` edges."""
+    camera = {"type": "perspective", "to_world": mi.ScalarTransform4f().look_at([0, 0, 4], [0, 0, 0], [0, 1, 0])}
+    camera["film"] = {"type": "hdrfilm", "width": 4, "height": 4, "rfilter": {"type": "box"}}
+    return {"type": "scene", "integrator": {"type": "path", "max_depth": depth}, "sensor": camera}
+
+
+def test_a_path_that_leaves_the_scene_at_once_has_one_ray():
+    assert np.all(drawn_rays(camera_at(8) | {"sky": {"type": "constant"}}) == 1)
+
+
+def test_rays_of_a_path_that_is_reflected_once_into_the_sky():
+    # To the plane, from there to the emitter, and a reflected one that leaves.
+    plane = {"type": "rectangle", "to_world": mi.ScalarTransform4f().scale(100)}
+    assert np.all(drawn_rays(camera_at(8) | {"plane": plane, "sky": {"type": "constant"}}) == 3)
+
+
+def test_rays_between_two_mirrors_are_more_the_longer_the_path():
+    mirror = {"type": "conductor", "material": "none"}
+    T = mi.ScalarTransform4f
+    front = {"type": "rectangle", "to_world": T().scale(100), "bsdf": mirror}
+    back = {"type": "rectangle", "to_world": T().translate([0, 0, 5]).rotate([0, 1, 0], 180).scale(100), "bsdf": mirror}
+    short, long = (drawn_rays(camera_at(depth) | {"a": front, "b": back}).mean() for depth in (3, 6))
+    assert 1.5 * short < long

@@ -165,7 +165,7 @@ def hits(
     """
     ray = pilot_rays(view, sampler, seed, rays, block, top, rows, columns)
     found = view.scene.ray_intersect_preliminary(ray, coherent=True)
-    instance, shape = (dr.reinterpret_array(mi.UInt32, pointer) for pointer in (found.instance, found.shape))
+    instance, shape = numbers(found)
     shape_id = mix(shape + mix(instance)) | 1  # odd: never MISS
     face_id = mix(shape_id ^ mix(found.prim_index)) | 1
     shape_id, face_id = (dr.select(found.is_valid(), number, MISS) for number in (shape_id, face_id))
@@ -195,20 +195,22 @@ def mean_over_shapes(view: View, sampler: Any, seed: int, rays: int, table: Any)
 
     The table goes by Mitsuba's number of the instance that was hit, else of the shape; what is not in it counts 1.
     """
-    height, width = view.grid
-    slab = max(1, MOST_RAYS // (width * rays))
+    width = view.grid[1]
     parts = []
-    for top in range(0, height, slab):
-        rows = min(slab, height - top)
-        found = view.scene.ray_intersect_preliminary(
-            pilot_rays(view, sampler, seed, rays, 1, top, rows, width), coherent=True
-        )
-        instance, shape = (dr.reinterpret_array(mi.UInt32, pointer) for pointer in (found.instance, found.shape))
+    for top, rows in slabs(view, rays, 1):
+        ray = pilot_rays(view, sampler, seed, rays, 1, top, rows, width)
+        found = view.scene.ray_intersect_preliminary(ray, coherent=True)
+        instance, shape = numbers(found)
         number = dr.select(instance != 0, instance, shape)
         named = found.is_valid() & (number < dr.width(table))
         weight = dr.select(named, dr.gather(mi.Float, table, number, named), 1.0)
         parts.append(np.asarray(dr.block_sum(weight, rays).numpy(), np.float64).reshape(rows, width) / rays)
     return np.concatenate(parts)
+
+
+def numbers(found: Any) -> tuple[Any, Any]:
+    """Return Mitsuba's numbers (mi.UInt32) of the instance and the shape that were hit; 0 for none."""
+    return dr.reinterpret_array(mi.UInt32, found.instance), dr.reinterpret_array(mi.UInt32, found.shape)
 
 
 def multiplicity(ids: Any, group: int) -> Any:

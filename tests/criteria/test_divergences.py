@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from tests.criteria.made_up import evidence_of, importance, light, statistics_of
 from tracer import complexity, criteria
 from tracer.criteria import generalised_entropies
 from tracer.score import LUMINANCE
+
+from .made_up import evidence_of, importance, light, statistics_of
 
 BRUTE_FORCE = {
     "kullback_leibler": complexity.kullback_leibler,

@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 
 import tracer
-from tests.criteria.made_up import evidence_of, light, statistics_of
 from tracer import criteria
 from tracer.criteria import registry
 from tracer.draw import draw
 from tracer.loop import render_view
 from tracer.scene import open_scene
 from tracer.settings import make_settings
+
+from .made_up import evidence_of, light, statistics_of
 
 NAMES = criteria.names()
 LEARNING = [name for name in NAMES if criteria.get(name).needs_radiance]

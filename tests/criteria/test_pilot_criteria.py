@@ -4,9 +4,10 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from tests.criteria.made_up import evidence_of, light, statistics_of
 from tracer import criteria, pilot
 from tracer.scene import open_scene
+
+from .made_up import evidence_of, light, statistics_of
 
 T = mi.ScalarTransform4f
 

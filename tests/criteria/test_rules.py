@@ -4,10 +4,11 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from tests.criteria.made_up import evidence_of, importance, light, statistics_of
 from tracer import criteria
 from tracer.criteria import half_buffers, luxcore
 from tracer.score import LUMINANCE
+
+from .made_up import evidence_of, importance, light, statistics_of
 
 
 def dilated(values):

@@ -16,7 +16,7 @@ import tracer
 from conftest import LIT
 from tracer import score
 from tracer.errors import OutputError, SceneError, SettingsError
-from tracer.study import cells, methods, shoot
+from tracer.study import cells, code, methods, shoot
 from tracer.study.origin import Origin
 from tracer.study.plan import make_plan, parse_plan
 from tracer.study.reference import make_reference
@@ -95,7 +95,7 @@ def test_nothing_is_rendered_twice(scene, tmp_path, monkeypatch):
     assert len(shots) == 12 + 6
     run_study(plan_of(scene, methods=[*METHODS, {"name": "even", "sampler": "independent"}]), tmp_path / "out")
     assert len(shots) == 18 + 4
-    monkeypatch.setattr(cells, "criterion_hash", lambda name: f"{name} was edited")
+    monkeypatch.setattr(code, "criterion_hash", lambda name: f"{name} was edited")
     run_study(plan_of(scene), tmp_path / "out")
     assert len(shots) == 22 + 8  # not those of mi.render
     run_study(plan_of(scene), tmp_path / "out", overwrite=True)

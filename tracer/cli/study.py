@@ -15,7 +15,9 @@ if TYPE_CHECKING:
 
 
 def study(
-    plan: Annotated[str, typer.Argument(help="TOML file, or smoke, standard, public or volumes.", show_default=False)],
+    plan: Annotated[
+        str, typer.Argument(help="TOML file, or smoke, standard, public, rules or volumes.", show_default=False)
+    ],
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for page, tables and numbers.")],
     folder: Annotated[
         Path | None, typer.Argument(help="Where its scenes are. [beside the TOML file]", show_default=False)

@@ -6,12 +6,17 @@ is given does not say which they are.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from tracer.criteria.registry import Evidence, Floats
 from tracer.estimate import Statistics
 from tracer.score import luminance
+
+Sums = tuple[list[Any], list[Any]]
+"""What a criterion asks to be averaged over the samples of a pixel, and what it asks the maximum of."""
 
 ROUNDING = 2.0**-24
 """Of one float32 addition, relative."""
@@ -26,6 +31,11 @@ def known(evidence: Evidence) -> Statistics:
 def colours(values: NDArray, channels: int, group: int = 0) -> Floats:
     """Return ``channels`` of values (H, W, K), those of ``group``, as (H, W, channels) of float64."""
     return values[..., group * channels : (group + 1) * channels].astype(np.float64)
+
+
+def divided(numerator: Floats, denominator: Floats) -> Floats:
+    """Return a quotient, 0 where the denominator is not positive."""
+    return np.divide(numerator, denominator, out=np.zeros_like(numerator), where=denominator > 0)
 
 
 def mean_colour(evidence: Evidence) -> Floats:

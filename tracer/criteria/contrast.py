@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from tracer.criteria.colour import colours, grey_as_rgb, known, ranked
-from tracer.criteria.divergences import Sums, divided
+from tracer.criteria.colour import Sums, colours, divided, grey_as_rgb, known, ranked
 from tracer.criteria.registry import Evidence, Floats, criterion
 
 THRESHOLDS = np.array([0.4, 0.3, 0.6])

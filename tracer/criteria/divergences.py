@@ -19,10 +19,8 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from tracer.criteria.colour import beyond_rounding, colours, known, mean_colour, perceived, ranked
+from tracer.criteria.colour import Sums, beyond_rounding, colours, divided, known, mean_colour, perceived, ranked
 from tracer.criteria.registry import Evidence, Floats, criterion
-
-Sums = tuple[list[Any], list[Any]]
 
 
 def logarithms(colour: list[Any], index: Any) -> Sums:
@@ -33,11 +31,6 @@ def logarithms(colour: list[Any], index: Any) -> Sums:
 def roots(colour: list[Any], index: Any) -> Sums:
     """Ask for the mean of sqrt(c) per channel."""
     return [dr.sqrt(dr.maximum(c, 0.0)) for c in colour], []
-
-
-def divided(numerator: Floats, denominator: Floats) -> Floats:
-    """Return a quotient, 0 where the denominator is not positive."""
-    return np.divide(numerator, denominator, out=np.zeros_like(numerator), where=denominator > 0)
 
 
 def kullback_leibler_of(evidence: Evidence) -> Floats:

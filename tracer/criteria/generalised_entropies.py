@@ -19,8 +19,7 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from tracer.criteria.colour import beyond_rounding, colours, known, mean_colour, perceived, ranked
-from tracer.criteria.divergences import Sums, divided
+from tracer.criteria.colour import Sums, beyond_rounding, colours, divided, known, mean_colour, perceived, ranked
 from tracer.criteria.registry import Evidence, Floats, criterion
 
 INDEX = 2.0

@@ -8,7 +8,7 @@ the whole budget at once, over the floor of ``shape_entropy``, so that the pictu
 
 from __future__ import annotations
 
-from tracer.criteria.gini import over_floor
+from tracer.criteria.floor import over_floor
 from tracer.criteria.registry import Evidence, Floats, criterion
 
 

@@ -3,21 +3,13 @@
 Where all things differ in colour by the same contrast D, the variance in a pixel is D^2 / 2 times this index, exactly:
 its root is the share of an edge's standard deviation that geometry explains (E. Simpson, Nature 163, 1949; in the place
 of the entropy of D. Plemenos, M. Sbert and M. Feixas, "On viewpoint complexity of 3D scenes", section 4.4).
-The floor is that of ``shape_entropy``: shadows, gloss and indirect noise do not follow edges.
+It stands on the floor of all criteria that see geometry alone (``floor``).
 """
 
 from __future__ import annotations
 
-import numpy as np
-
+from tracer.criteria.floor import over_floor
 from tracer.criteria.registry import Evidence, Floats, criterion
-
-FLOOR = 0.3
-
-
-def over_floor(measure: Floats) -> Floats:
-    """Return sqrt(sqrt(m) + FLOOR) of a measure (H, W) of variance, 0 to 1, that knows nothing but geometry."""
-    return np.sqrt(np.sqrt(np.clip(measure, 0.0, 1.0)) + FLOOR)
 
 
 @criterion("shape_gini", needs_radiance=False)

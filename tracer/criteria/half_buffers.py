@@ -19,8 +19,7 @@ import drjit as dr
 import numpy as np
 from scipy.ndimage import maximum_filter
 
-from tracer.criteria.colour import colours, grey_as_rgb, known, ranked
-from tracer.criteria.divergences import Sums, divided
+from tracer.criteria.colour import Sums, colours, divided, grey_as_rgb, known, ranked
 from tracer.criteria.registry import Evidence, Floats, criterion
 
 EPSILON = 1e-4

@@ -12,8 +12,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import uniform_filter
 
-from tracer.criteria.colour import colours, grey_as_rgb, known
-from tracer.criteria.divergences import divided
+from tracer.criteria.colour import colours, divided, grey_as_rgb, known
 from tracer.criteria.registry import Evidence, Floats, criterion
 from tracer.estimate import Statistics
 

@@ -12,9 +12,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from tracer.criteria.colour import mean_colour, perceived, ranked
+from tracer.criteria.colour import divided, mean_colour, perceived, ranked
 from tracer.criteria.colour_contrast import contrast_of
-from tracer.criteria.divergences import divided, logarithms
+from tracer.criteria.divergences import logarithms
 from tracer.criteria.registry import Evidence, Floats, criterion
 from tracer.score import luminance
 

@@ -7,15 +7,12 @@ It sees no radiance, so the picture stays unbiased.
 
 from __future__ import annotations
 
-import numpy as np
-
+from tracer.criteria.floor import over_floor
 from tracer.criteria.registry import Evidence, Floats, criterion
-
-FLOOR = 0.3
 
 
 @criterion("shape_entropy", needs_radiance=False)
 def shape_entropy(evidence: Evidence) -> Floats:
     """Return sqrt(sqrt(H / log2 K) + FLOOR), H the entropy of shape IDs."""
     entropy = evidence.complexity.shape_entropy
-    return np.sqrt(np.sqrt(entropy / max(float(entropy.max()), 1.0)) + FLOOR)
+    return over_floor(entropy / max(float(entropy.max()), 1.0))

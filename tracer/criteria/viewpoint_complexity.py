@@ -8,7 +8,7 @@ surface; so an empty background has least, and edges beyond it do not matter unl
 
 from __future__ import annotations
 
-from tracer.criteria.gini import over_floor
+from tracer.criteria.floor import over_floor
 from tracer.criteria.registry import Evidence, Floats, criterion
 
 

@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from tracer.criteria.colour import beyond_rounding, colours, known, ranked
-from tracer.criteria.divergences import Sums, divided
+from tracer.criteria.colour import Sums, beyond_rounding, colours, divided, known, ranked
 from tracer.criteria.registry import Evidence, Floats, criterion
 from tracer.score import LUMINANCE, luminance
 

@@ -3,28 +3,23 @@
 from __future__ import annotations
 
 import hashlib
-import inspect
 import itertools
 import json
 from dataclasses import asdict, dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import mitsuba as mi
 import numpy as np
 
-import tracer
-from tracer import backend, criteria, files, scene, source
+from tracer import backend, files
 from tracer.errors import OutputError
 from tracer.source import fingerprint
-from tracer.study import methods, oracle, truth
+from tracer.study import code
 from tracer.study.methods import Shot
 from tracer.study.plan import Budget, MethodPlan, Plan, Scene
 
 FOLDER = "cells"
-UNSEEN = ("cli", "study", "criteria", "errors.py", "files.py", "load_error.py", "metadata.py", "pictures.py")
-"""Parts of tracer that no pixel depends on, apart from the criterion that a method names."""
 
 
 @dataclass(frozen=True)
@@ -78,60 +73,11 @@ def cells_of(plan: Plan, place: Scene) -> list[list[Cell]]:
 
 def key(content: tuple[Any, ...], method: MethodPlan, budget: Budget, seed: int) -> str:
     """Return the hash of all that the pixels of a cell depend on, the code included."""
-    code = stock_hash() if method.sampler else code_hash()
-    own = criterion_hash(method.criterion) if method.criterion else oracle_hash() if method.oracle else ""
+    made_by = code.stock_hash() if method.sampler else code.render_hash()
+    own = code.criterion_hash(method.criterion) if method.criterion else code.oracle_hash() if method.oracle else ""
     settings = method.model_dump_json(exclude={"name"})
-    parts = (content, settings, budget, seed, code, own, mi.__version__, mi.variant())
+    parts = (content, settings, budget, seed, made_by, own, mi.__version__, mi.variant())
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:24]
-
-
-@cache
-def code_hash() -> str:
-    """Return a hash of the source of tracer, without what no pixel depends on."""
-    root = Path(tracer.__file__).parent
-    sources = [path for path in sorted(root.rglob("*.py")) if path.relative_to(root).parts[0] not in UNSEEN]
-    return hash_of([*sources, Path(inspect.getfile(methods)), *plugin_sources()])
-
-
-@cache
-def stock_hash() -> str:
-    """Return a hash of the source that a picture by plain ``mi.render`` depends on: how it is opened, and plugins."""
-    return hash_of([Path(inspect.getfile(module)) for module in (source, scene, methods)] + plugin_sources())
-
-
-def plugin_sources() -> list[Path]:
-    """Return the files of our plugins."""
-    from tracer import plugins
-
-    return sorted(Path(plugins.__path__[0]).glob("*.py"))
-
-
-def criterion_hash(name: str) -> str:
-    """Return a hash of the file of a criterion, and of those in the same folder that it takes functions from."""
-    first = inspect.getmodule(criteria.get(name).importance)
-    found, waiting = [], [first]
-    while waiting:
-        module = waiting.pop()
-        if module is None or module in found:
-            continue
-        found.append(module)
-        sources = {inspect.getmodule(one) for one in vars(module).values() if inspect.isfunction(one)}
-        waiting += [one for one in sources if one is not None and one.__package__ == module.__package__]
-    return hash_of(sorted(Path(inspect.getfile(module)) for module in found))
-
-
-@cache
-def oracle_hash() -> str:
-    """Return a hash of the source that an oracle's allocation depends on."""
-    return hash_of([Path(inspect.getfile(module)) for module in (oracle, truth)])
-
-
-def hash_of(paths: list[Path]) -> str:
-    """Return a hash of the content of files."""
-    digest = hashlib.sha256()
-    for path in paths:
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
 
 
 def store(cell: Cell, output: Path, shot: Shot, spp: int, run: str) -> None:

@@ -93,7 +93,7 @@ class Studio:
     def stock(self, sampler: str | None) -> Method:
         """Return a rendering by ``mi.render`` with one of the samplers given, or with the scene's own."""
         view = self.view if sampler is None else self.views[sampler]
-        inside = view.sensor.sampler()
+        inside, film = view.sensor.sampler(), view.sensor.film()
 
         def render(spp: int, seed: int) -> Shot:
             start = time.perf_counter()
@@ -104,6 +104,9 @@ class Studio:
             # Mitsuba leaves the sampler's last state scheduled: the next evaluation, in another method's time, would
             # trace the whole picture again to know it. With a new state it is forgotten.
             inside.seed(0, 1)
+            # And the film keeps its sums, four numbers a pixel: a recording takes that for the width of a pass of four
+            # samples a pixel, and would be made once more for the next pass.
+            film.clear()
             counts = np.full(view.size, used, np.float32)
             return Shot(view.rgb(image), counts, used * view.pixel_count, seconds, seconds)
 

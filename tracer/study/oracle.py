@@ -80,10 +80,3 @@ def rendered_allocation(truth: Truth, name: str, spp: float, by: str) -> Floats:
     counts = allocation(truth, name, spp, by)
     total = max(1, round(float(counts.mean()))) * counts.size
     return budget.suit_sequence(counts * (total / counts.sum()), total, 1.0, float(total))
-
-
-def predicted(truth: Truth, name: str, counts: ArrayLike) -> float:
-    """Return the mean of w a n^-b that an allocation (H, W, or one number) is predicted to leave."""
-    scale, rate = fit(truth)
-    weight = objective.weights(name, gaussian_filter(truth.luminance.astype(np.float64), FINE, mode="nearest"))
-    return float(np.mean(weight * scale * np.asarray(counts, np.float64) ** -rate))

@@ -23,12 +23,11 @@ from scipy import stats
 
 from tracer import files, score
 from tracer.errors import OutputError, SceneError
-from tracer.loop import Rendering
 from tracer.scene import View
-from tracer.settings import make_settings
 from tracer.source import fingerprint
 from tracer.study.halves import Half
 from tracer.study.methods import Setting, Studio
+from tracer.study.uniform import render_uniform
 
 FORMAT = 1
 """Changed when kept halves must not be used any more."""
@@ -192,12 +191,8 @@ def by_tracer(view: View) -> Callable[[Half, int], None]:
     """Return a function that adds a chunk by our loop with the same number of samples everywhere."""
 
     def render(half: Half, seed: int) -> None:
-        rendering = Rendering(view, make_settings(spp=half.chunk_spp, seed=seed, criterion="uniform"), None)
-        try:
-            result = rendering.run()
-            variance = rendering.estimate.statistics().variance[view.inner]
-        finally:
-            rendering.draw.close()
+        result, found = render_uniform(view, half.chunk_spp, seed)
+        variance = found.variance[view.inner]
         half.add(view.rgb(result.image), np.maximum(view.rgb(variance), 0.0))
 
     return render

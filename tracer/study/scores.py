@@ -12,7 +12,8 @@ import numpy as np
 
 from tracer import files, objective, score
 from tracer.score import Scores
-from tracer.study.cells import Cell, hash_of
+from tracer.study.cells import Cell
+from tracer.study.code import hash_of
 from tracer.study.reference import Reference
 
 

@@ -7,11 +7,9 @@ Costs are seconds: squares of pixels are drawn one by one and timed, within a sq
 
 from __future__ import annotations
 
-import hashlib
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import drjit as dr
@@ -21,10 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer import draw, files
-from tracer.estimate import Estimate, Statistics
 from tracer.scene import View
+from tracer.study.code import truth_hash
 from tracer.study.methods import Setting
 from tracer.study.reference import cache_key, prepare_cache
+from tracer.study.uniform import render_uniform
 
 FIRST_SEED = 3000017
 """Far from the seeds that are measured, and from those of references."""
@@ -35,7 +34,6 @@ SQUARE = 32
 TIMED_SPP = 32
 TIMINGS = 3
 """Times that a square is drawn; the shortest counts."""
-PASS = 1 << 21
 
 Singles = NDArray[np.float32]
 Told = Callable[[str], None]
@@ -64,39 +62,28 @@ def measure_truth(setting: Setting, view: View, told: Told) -> Truth:
     sampler = mi.load_dict({"type": "owen_sobol"})
     folder = prepare_cache() / cache_key(setting)
     folder.mkdir(exist_ok=True)
-    path = folder / f"truth {code_hash()}.npz"
+    path = folder / f"truth {truth_hash()}.npz"
     with filelock.FileLock(folder / "lock"):
         if path.exists():
             with np.load(path) as kept:
                 return Truth(**kept)
         drawing = draw.Recorded(view, sampler)
         try:
-            truth = Truth(**measure_errors(view, drawing, told), cost=measure_cost(view, drawing, told)[view.inner])
+            truth = Truth(**measure_errors(view, told), cost=measure_cost(view, drawing, told)[view.inner])
         finally:
             drawing.close()
         files.write_arrays(path, vars(truth))
     return truth
 
 
-def code_hash() -> str:
-    """Return a hash of all code that the measurement depends on."""
-    text = hashlib.sha256(repr((FIRST_SEED, SEEDS_OF, mi.__version__)).encode())
-    from tracer import plugins
-
-    sampler = sorted(Path(plugins.__path__[0]).glob("*.py"))
-    for path in (Path(__file__), Path(draw.__file__), *sampler):
-        text.update(path.read_bytes())
-    return text.hexdigest()[:12]
-
-
-def measure_errors(view: View, drawing: draw.Recorded, told: Told) -> dict[str, Any]:
+def measure_errors(view: View, told: Told) -> dict[str, Any]:
     """Return the fields of ``Truth`` but for the cost."""
     errors, variances, pictures, weights = [], [], [], []
     for spp, seeds in SEEDS_OF.items():
         means = []
         for k in range(seeds):
             told(f"what an oracle knows, {spp} spp, seed {k + 1} of {seeds}")
-            found = box_statistics(view, drawing, FIRST_SEED + 1000 * spp + k, spp)
+            found = render_uniform(view, spp, FIRST_SEED + 1000 * spp + k)[1]
             means.append(found.mean[view.inner])
             variances.append(found.variance[view.inner][..., : view.colour_channels].mean(axis=-1))
             weights.append(spp)
@@ -113,21 +100,9 @@ def measure_errors(view: View, drawing: draw.Recorded, told: Told) -> dict[str, 
     }
 
 
-def box_statistics(view: View, drawing: draw.Recorded, seed: int, spp: int) -> Statistics:
-    """Return the statistics of ``spp`` samples of every pixel."""
-    estimate = Estimate(view)
-    line = draw.Line(np.full(view.pixel_count, spp, np.uint32), np.zeros(view.pixel_count, np.uint32))
-    arguments = dr.opaque(mi.UInt32, seed), dr.opaque(mi.Float, spp**-0.5)
-    for window in line.passes(PASS):
-        pixel, index = draw.lane_pixels(window)
-        estimate.add(window, drawing(arguments[0], pixel, index, arguments[1]))
-        dr.sync_thread()
-    return estimate.statistics()
-
-
 def measure_cost(view: View, drawing: draw.Recorded, told: Told) -> Singles:
     """Return what a sample of each pixel costs (grid), relative to the mean."""
-    rays = box_statistics(view, drawing, FIRST_SEED, 16).rays.astype(np.float64)
+    rays = render_uniform(view, 16, FIRST_SEED)[1].rays.astype(np.float64)
     height, width = view.grid
     cost = np.zeros(view.grid)
     nothing = min(seconds_of(view, drawing, np.zeros(64, np.int64), 1) for _ in range(2 * TIMINGS))

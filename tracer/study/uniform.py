@@ -1,0 +1,18 @@
+"""The same number of samples in every pixel, by our loop, with the statistics that it gathers."""
+
+from __future__ import annotations
+
+from tracer.estimate import Statistics
+from tracer.loop import Rendering
+from tracer.result import Result
+from tracer.scene import View
+from tracer.settings import make_settings
+
+
+def render_uniform(view: View, spp: int, seed: int) -> tuple[Result, Statistics]:
+    """Return a picture of ``spp`` samples a pixel, and the statistics of the samples of each pixel (grid)."""
+    rendering = Rendering(view, make_settings(spp=spp, seed=seed, criterion="uniform"))
+    try:
+        return rendering.run(), rendering.estimate.statistics()
+    finally:
+        rendering.draw.close()
