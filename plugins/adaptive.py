@@ -26,7 +26,7 @@ the expected picture does not depend on it.
    - Rays per pixel that look first; least and most samples of any pixel. (Default: chosen by the budget)
  * - cost
    - |string|
-   - What a sample is taken to cost: rays, for the least error in a given time, or none. (Default: rays)
+   - What a sample is taken to cost: none, which is all the same, or rays. (Default: none)
  * - importance
    - |string|
    - Image file that multiplies the importance of each pixel, a mask or a weight. (Default: none)

@@ -15,8 +15,8 @@ from tracer.settings import make_settings
 GRID = (8, 8)
 
 
-def situation(drawn, goal, total=None, rounds_left=1, may_settle=True):
-    return Situation(drawn.astype(np.uint32), goal, goal if total is None else total, rounds_left, may_settle)
+def situation(drawn, goal, total=None, may_settle=True):
+    return Situation(drawn.astype(np.uint32), goal, goal if total is None else total, may_settle)
 
 
 def evidence(wanted=None, rays=4.0):
@@ -45,35 +45,39 @@ positive = hnp.arrays(np.float64, (9,), elements=st.floats(0.01, 100))
 @given(deviation=positive)
 def test_predicted_gain_is_one_plus_squared_variation(deviation):
     variation = deviation.std() / deviation.mean()
-    assert predicted_gain(deviation) == pytest.approx(1 + variation**2)
-    assert predicted_gain(deviation, 3.0) == pytest.approx(1 + variation**2)
+    assert predicted_gain(deviation, deviation, np.full(9, 3.0)) == pytest.approx(1 + variation**2)
+    assert predicted_gain(deviation, np.full(9, 2.0), np.ones(9)) == pytest.approx(1)
+    assert predicted_gain(np.zeros(9), deviation, np.ones(9)) == 1
 
 
 @given(deviation=positive, cost=positive)
-def test_no_allocation_of_the_same_cost_gains_more_than_predicted(deviation, cost):
-    gain = predicted_gain(deviation, cost)
+def test_what_is_predicted_is_gained_and_most_by_the_best_allocation(deviation, cost):
     uniform = (deviation**2).sum() * cost.sum()
+    best = predicted_gain(deviation, deviation / np.sqrt(cost), cost)
+    for counts in (deviation, np.sqrt(deviation), 1 / cost, deviation**2, np.ones(9)):
+        gained = uniform / ((deviation**2 / counts).sum() * (counts * cost).sum())
+        assert predicted_gain(deviation, counts, cost) == pytest.approx(gained)
+        assert gained <= best * (1 + 1e-9)
 
-    def gained(counts):
-        return uniform / ((deviation**2 / counts).sum() * (counts * cost).sum())
 
-    assert gained(deviation / np.sqrt(cost)) == pytest.approx(gain)
-    for other in (deviation, np.sqrt(deviation), 1 / cost, deviation**2, np.ones(9)):
-        assert gained(other) <= gain * (1 + 1e-9)
-    assert predicted_gain(np.zeros(3)) == 1
+def test_where_the_pixels_to_spare_cost_nothing_there_is_nothing_to_gain():
+    half = np.repeat([[0.0], [1.0]], 4, axis=0) * np.ones((1, 8))
+    now = situation(np.full(GRID, 4), 8 * 64, 16 * 64)
+    assert not run("deviation", 0.3 + half, now, rays=5.0).settled
+    assert run("deviation", 0.3 + half, now, rays=1.0 + 99 * half).settled
 
 
 def test_a_deviation_is_followed_where_it_pays_and_not_where_it_does_not():
     drawn, half = np.full(GRID, 4), np.repeat([[1.0], [9.0]], 4, axis=0) * np.ones((1, 8))
-    decision = run("deviation", half, situation(drawn, 8 * 64, 16 * 64, 2))
+    decision = run("deviation", half, situation(drawn, 8 * 64, 16 * 64))
     assert not decision.settled
     assert decision.allocation.sum() == 8 * 64
     assert decision.allocation[4:].mean() > 2 * decision.allocation[:4].mean()
-    even = run("deviation", 1 + 0.01 * half, situation(drawn, 8 * 64, 16 * 64, 2))
+    even = run("deviation", 1 + 0.01 * half, situation(drawn, 8 * 64, 16 * 64))
     assert even.settled
     assert np.all(even.allocation == 16)
     assert "would gain a factor of 1.00" in even.note
-    held = run("deviation", 1 + 0.01 * half, situation(drawn, 8 * 64, 16 * 64, 2, may_settle=False))
+    held = run("deviation", 1 + 0.01 * half, situation(drawn, 8 * 64, 16 * 64, may_settle=False))
     assert not held.settled
     assert np.all(held.allocation == 8)
 

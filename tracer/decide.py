@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ from scipy.ndimage import uniform_filter
 
 from tracer import budget
 from tracer.criteria import Criterion, Evidence
+from tracer.estimate import Statistics
 from tracer.settings import Settings
 
 Floats = NDArray[np.float64]
@@ -41,8 +42,6 @@ class Situation:
     """Samples that are to be there after the round."""
     total: int
     """Samples of the whole budget."""
-    rounds_left: int
-    """This one included."""
     may_settle: bool
     """Whether the rest of the budget may be given out at once."""
 
@@ -62,50 +61,62 @@ def decide(
         room = np.maximum(settings.most_samples - now.drawn.astype(np.float64), 0.0)
         more = budget.fill(importance, left, 0.0, room)
         return Decision(now.drawn + budget.round_to_total(more, left, generator))
-    goal, note = now.goal, ""
     if criterion.spends == "deviation" and evidence.statistics is not None:
-        cost = cost_of_sample(evidence, settings)
-        gain, overhead = predicted_gain(importance, cost), predicted_overhead(evidence, now)
-        importance = importance / np.sqrt(cost)
+        cost = cost_of_sample(evidence.statistics)
+        deviation, importance = importance, importance / np.sqrt(cost) if settings.cost == "rays" else importance
+        gain, overhead = predicted_gain(deviation, importance, cost), predicted_overhead(evidence.statistics, now)
         if gain < 1 + overhead:
-            importance = evidence.wanted
-            goal = now.total if now.may_settle else goal
             note = (
                 f"Uniform beyond {now.drawn.mean():.3g} samples per pixel: to adapt the rest would gain a factor of "
                 f"{gain:.3f}, to decide so would cost one of {1 + overhead:.3f}."
             )
+            now = replace(now, goal=now.total) if now.may_settle else now
+            return Decision(share_out(evidence.wanted, evidence, settings, now, True, generator), now.may_settle, note)
+    return Decision(share_out(importance, evidence, settings, now, criterion.spends == "deviation", generator))
+
+
+def share_out(
+    importance: Floats,
+    evidence: Evidence,
+    settings: Settings,
+    now: Situation,
+    suits: bool,
+    generator: np.random.Generator,
+) -> Counts:
+    """Return counts (H, W) in proportion to importance, within bounds; ``suits``: most of them powers of two."""
+    if np.ptp(importance) == np.ptp(now.drawn) == 0 and now.goal % importance.size == 0:
+        return np.full(importance.shape, now.goal // importance.size, np.uint32)
     # The floor grows with the budget: reached at once, it could ask for more than is left to share out.
-    least = np.where(evidence.wanted > 0, max(1.0, settings.least_samples * goal / now.total), 1.0)
+    least = np.where(evidence.wanted > 0, max(1.0, settings.least_samples * now.goal / now.total), 1.0)
     least = np.maximum(now.drawn, least)
-    target = budget.fill(importance, goal, least, settings.most_samples)
-    if criterion.spends == "deviation":  # others are as they say, and not as we would
-        target = budget.suit_sequence(target, goal, least, settings.most_samples)
-    return Decision(budget.round_to_total(target, goal, generator), bool(note) and now.may_settle, note)
+    target = budget.fill(importance, now.goal, least, settings.most_samples)
+    if suits:  # other criteria are as they say, and not as we would
+        target = budget.suit_sequence(target, now.goal, least, settings.most_samples)
+    return budget.round_to_total(target, now.goal, generator)
 
 
-def cost_of_sample(evidence: Evidence, settings: Settings) -> Floats:
-    """Return what a sample of each pixel costs (H, W), relative: its rays, as far as they are known."""
-    if settings.cost == "none" or evidence.statistics is None:
-        return np.ones_like(evidence.weight)
-    rays = uniform_filter(evidence.statistics.rays, 3, mode="nearest")
-    return np.maximum(rays, 1.0).astype(np.float64)
+def cost_of_sample(statistics: Statistics) -> Floats:
+    """Return what a sample of each pixel costs (H, W): its rays, averaged over 3 x 3 neighbours."""
+    return np.maximum(uniform_filter(statistics.rays, 3, mode="nearest"), 1.0).astype(np.float64)
 
 
-def predicted_gain(deviation: Floats, cost: Floats | float = 1.0) -> float:
-    """Return the gain over uniform sampling at equal cost, of n ~ s / sqrt(c), with s and c per pixel.
+def predicted_gain(deviation: Floats, share: Floats, cost: Floats) -> float:
+    """Return the gain over uniform sampling of n ~ ``share`` at equal cost, with s and c per pixel.
 
-    The error sum s^2 / n times the cost sum n c is sum s^2 sum c if uniform, (sum s sqrt(c))^2 at best; with equal
-    costs their ratio is 1 + CV^2 of s (Neyman, 1934).
+    The error sum s^2 / n times the cost sum n c, against sum s^2 sum c if uniform. With equal costs and n ~ s that is
+    1 + CV^2 of s (Neyman, 1934). At equal cost, not at equal samples: those spared may have cost next to nothing.
     """
-    best = float(np.mean(deviation * np.sqrt(cost))) ** 2
-    return float(np.mean(deviation**2) * np.mean(cost)) / best if best > 0 else 1.0
+    if not np.any(deviation > 0):
+        return 1.0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        error = np.where(deviation > 0, deviation**2 / share, 0.0)
+    return float(np.mean(deviation**2) * np.mean(cost) / (np.mean(error) * np.mean(share * cost)))
 
 
-def predicted_overhead(evidence: Evidence, now: Situation) -> float:
-    """Return the part of the time of uniform sampling that the remaining decisions will take.
+def predicted_overhead(statistics: Statistics, now: Situation) -> float:
+    """Return the part of the time of uniform sampling that this decision takes; later ones need not be made.
 
     Counted in rays, not in seconds, so that a picture does not depend on how busy the machine is.
     """
-    assert evidence.statistics is not None
-    rays = max(float(evidence.statistics.rays.mean()), 1.0) * now.total / now.drawn.size
-    return now.rounds_left * RAYS_PER_DECISION / rays
+    rays = max(float(statistics.rays.mean()), 1.0) * now.total / now.drawn.size
+    return RAYS_PER_DECISION / rays

@@ -144,9 +144,21 @@ def draw(
     ``differential_scale`` shrinks ray differentials, 1 / sqrt(spp) as in ``mi.render``.
     """
     sampler.seed_samples(seed, pixel, index)
+    shot = shoot(view, sampler, pixel, differential_scale)
+    return follow(view, sampler, shot, index, moments)
+
+
+def shoot(view: View, sampler: Any, pixel: Any, differential_scale: Any) -> tuple[Any, Any, Any]:
+    """Return ``camera_ray`` of each pixel, its differentials scaled."""
     row, column = divide(pixel, view.grid[1])
     ray, weight, position = camera_ray(view, sampler, row, column)
     ray.scale_differential(differential_scale)
+    return ray, weight, position
+
+
+def follow(view: View, sampler: Any, shot: tuple[Any, Any, Any], index: Any, moments: Moments | None) -> Samples:
+    """Return the samples along the rays of ``shoot``."""
+    ray, weight, position = shot
     of_camera = mi.UInt32(sampler.dimension)
     radiance, valid, aovs = sample_radiance(view, sampler, ray)
     values = view.to_channels(weight * radiance, valid, ray.wavelengths)
@@ -173,41 +185,59 @@ def rays_of(dimensions: Any) -> Any:
 
 
 HIDES_ARRAYS = ("ThinLensCamera",)
-"""Plugins of Mitsuba 3.9 that hide arrays from Dr.Jit."""
+"""Cameras of Mitsuba 3.9 that hide arrays from Dr.Jit."""
 
 
 class Recorded:
     """``draw`` of one view as a function of (seed, pixel, index, differential_scale).
 
     It evaluates what it returns. Dr.Jit traces it once or twice and then launches the kernels it recorded: to trace a
-    scene of many shapes takes as long as to draw 10^5 samples. ``pixel`` and ``index`` may be of any width. A plugin
-    that hides arrays from Dr.Jit cannot be recorded and is traced for every pass; as that is found out only when the
-    first pass was drawn for nothing, those known to do so (HIDES_ARRAYS) are not tried.
+    scene of many shapes takes as long as to draw 10^5 samples. ``pixel`` and ``index`` may be of any width. What uses a
+    plugin that hides arrays from Dr.Jit cannot be recorded: the rays of such a camera are traced for every pass and
+    handed over, and if something else hides them, everything is; as that is found out only when the first pass was
+    drawn for nothing, cameras known to do so (HIDES_ARRAYS) are not tried.
     """
 
     def __init__(self, view: View, sampler: Any, moments: Moments | None = None) -> None:
         held = [view, sampler]
 
-        def trace(seed: Any, pixel: Any, index: Any, differential_scale: Any) -> tuple[Any, ...]:
+        def trace(seed: Any, pixel: Any, index: Any, last: Any) -> tuple[Any, ...]:
             view, sampler = held
             # A fork, as the sampler is an input of the recording: arrays left in it by the last pass would be too.
-            samples = draw(view, sampler.fork(), seed, pixel, index, differential_scale, moments)
+            sampler = sampler.fork()
+            sampler.seed_samples(seed, pixel, index)
+            if isinstance(last, tuple):
+                sampler.dimension, shot = mi.UInt32(last[0]), last[1:]  # a copy: loops change it in place
+            else:
+                shot = shoot(view, sampler, pixel, last)
+            samples = follow(view, sampler, shot, index, moments)
             drawn = (samples.values, samples.position, samples.rays, samples.moments, samples.peaks)
             dr.eval(drawn)
             return drawn
 
         self.held, self.trace, self.record = held, trace, dr.freeze(trace)
-        self.recordable = view.sensor.class_name() not in HIDES_ARRAYS
+        self.recordable = True
+        self.records_camera = view.sensor.class_name() not in HIDES_ARRAYS
 
-    def __call__(self, *arguments: Any) -> Samples:
+    def __call__(self, seed: Any, pixel: Any, index: Any, differential_scale: Any) -> Samples:
         """Draw, see ``draw`` for the arguments."""
-        dr.eval(arguments)
+        last = differential_scale if self.records_camera else self.shoot(seed, pixel, index, differential_scale)
+        dr.eval(seed, pixel, index, last)
         if self.recordable:
             try:
-                return Samples(*self.record(*arguments))
+                return Samples(*self.record(seed, pixel, index, last))
             except RuntimeError:  # tracing finds the error again, if it is another one
                 self.recordable = False
-        return Samples(*self.trace(*arguments))
+        return Samples(*self.trace(seed, pixel, index, last))
+
+    def shoot(self, seed: Any, pixel: Any, index: Any, differential_scale: Any) -> tuple[Any, ...]:
+        """Return the dimension that follows those of the camera, and its rays."""
+        view, sampler = self.held[0], self.held[1].fork()
+        sampler.seed_samples(seed, pixel, index)
+        shot = shoot(view, sampler, pixel, differential_scale)
+        found = mi.UInt32(sampler.dimension), *shot
+        dr.make_opaque(found)  # a literal of another width would be another input, and recorded once more
+        return found
 
     def close(self) -> None:
         """Let go of scene and kernels: a frozen function is part of a reference cycle and would keep them."""

@@ -119,12 +119,12 @@ class Rendering:
             self.seed ^= HELD_OUT_KEY
         before: Statistics | None = None
         known: Statistics | None = None
-        for k, goal in enumerate(goals):
+        for goal in goals:
             last = goal == goals[-1]
             if hold_out and last:
                 self.start_over()
                 goal -= self.done
-            decision = self.decide(known, before, goal, len(goals) - k)
+            decision = self.decide(known, before, goal)
             self.draw_round(decision.allocation)
             if not self.report.complete or decision.settled:
                 break
@@ -157,7 +157,7 @@ class Rendering:
             self.complexity = self.timed("seconds_pilot", pilot.measure_complexity, *arguments)
         return self.complexity
 
-    def decide(self, known: Statistics | None, before: Statistics | None, goal: int, rounds_left: int) -> Decision:
+    def decide(self, known: Statistics | None, before: Statistics | None, goal: int) -> Decision:
         """Return how many samples each pixel is to have when ``goal`` are drawn."""
         start, looking = time.perf_counter(), self.report.seconds_pilot
         teaches = self.settings.unbiased and self.held_out is None and goal != self.total
@@ -176,7 +176,7 @@ class Rendering:
         )
         total = goal if self.held_out is not None else self.total
         may_settle = not self.settings.unbiased
-        situation = Situation(self.drawn, goal, total, rounds_left, may_settle)
+        situation = Situation(self.drawn, goal, total, may_settle)
         decision = decide(self.criterion, evidence, self.settings, situation, self.generator)
         if decision.note:
             self.report.notes.append(decision.note)

@@ -24,7 +24,7 @@ def render(
     pilot_spp: Annotated[int | None, typer.Option(help="Rays per pixel that look first.")] = None,
     min_spp: Annotated[int | None, typer.Option(help="Least samples of any pixel.")] = None,
     max_spp: Annotated[int | None, typer.Option(help="Most samples of any pixel.")] = None,
-    cost: Annotated[str | None, typer.Option(help="What a sample costs: rays, or none (all the same). [rays]")] = None,
+    cost: Annotated[str | None, typer.Option(help="What a sample costs: none (all the same), or rays. [none]")] = None,
     importance: Annotated[
         str | None, typer.Option(help="Image that multiplies the importance: mask or weight.")
     ] = None,

@@ -37,6 +37,7 @@ OUTLIER = 30.0
 """A difference of means counts at most this many times what was predicted: one firefly must not fit the whole scene."""
 ITERATIONS = 4
 GUESS_FLOOR = 0.1
+"""Least deviation of a first guess, relative to the mean."""
 FIT_PIXELS = 1 << 13
 """The regression looks at no more pixels than this, evenly spread."""
 SMALLEST = 1e-6
@@ -65,11 +66,9 @@ def fused(evidence: Evidence) -> Floats:
 
 
 def first_guess(known: Statistics, evidence: Evidence) -> Floats:
-    """Return a standard deviation (H, W) before there is anything to fit: between that of a few neighbours and many."""
+    """Return a standard deviation (H, W) before there is anything to fit: that of a pixel and its neighbours."""
     variance = channel_mean(known.variance, evidence.colour_channels) * evidence.weight.astype(np.float32)
-    fine = gaussian_filter(variance, FINE[-1], mode="nearest")
-    coarse = uniform_filter(variance, COARSE[0], mode="nearest")
-    deviation = np.sqrt(np.maximum(fine, 0)) + np.sqrt(np.maximum(coarse, 0))
+    deviation = np.sqrt(np.maximum(gaussian_filter(variance, FINE[-1], mode="nearest"), 0))
     return (deviation + GUESS_FLOOR * deviation.mean()).astype(np.float64)
 
 
