@@ -5,9 +5,10 @@ from pathlib import Path
 import pytest
 
 from tracer.errors import SettingsError
+from tracer.settings import Settings
 from tracer.study.named import find_plan, names
 from tracer.study.origin import Origin, find_line
-from tracer.study.plan import Budget, make_plan, parse_plan, read_plan
+from tracer.study.plan import Budget, MethodPlan, make_plan, parse_plan, read_plan
 
 PLAN = """\
 name = "mine"            # line 1
@@ -164,3 +165,12 @@ def test_budgets_in_seconds_keep_to_the_bounds_of_a_method():
         make_plan({**values, "methods": [{"name": "a", "criterion": "fused", **bounds}]})
     with pytest.raises(SettingsError, match="min_spp"):
         make_plan({**values, "methods": [{"name": "a", "criterion": "fused", "min_spp": 9, "max_spp": 8}]})
+
+
+def test_a_method_of_a_study_is_what_a_render_with_the_same_words_is():
+    plain = MethodPlan(name="x", criterion="fused").settings()
+    for name, value in plain.items():
+        assert value == Settings.model_fields[name].get_default(call_default_factory=True), name
+    for name in names():
+        methods = [method.model_dump_json(exclude={"name"}) for method in find_plan(name, Path()).methods]
+        assert len(set(methods)) == len(methods)

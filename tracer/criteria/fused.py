@@ -39,7 +39,7 @@ ITERATIONS = 4
 GUESS_FLOOR = 0.1
 """Least deviation of a first guess, relative to the mean."""
 FIT_PIXELS = 1 << 13
-"""The regression looks at no more pixels than this, evenly spread."""
+"""The regression looks at about so many pixels, evenly spread."""
 SMALLEST = 1e-6
 """Least predicted error of a pixel, relative to the mean."""
 
@@ -52,12 +52,12 @@ def fused(evidence: Evidence) -> Floats:
     weight = evidence.weight_before
     if before is None or weight is None:
         return first_guess(known, evidence)
-    edges = memory.setdefault("edges", None) or smooth_gini(evidence.complexity)
+    edges = memory.get("edges") or smooth_gini(evidence.complexity)
     past = memory.get("predictors") or predictors(before, weight, evidence.colour_channels, edges)
     present = predictors(known, evidence.weight, evidence.colour_channels, edges)
     memory.update(edges=edges, predictors=present)
     observed, valid = error_of_means(before, known, weight, evidence.colour_channels)
-    chosen = np.flatnonzero(valid)[:: max(1, valid.size // FIT_PIXELS)]
+    chosen = np.flatnonzero(valid)[:: (valid.size // FIT_PIXELS) | 1]  # odd, or it would see a few columns only
     columns = np.stack([column.ravel()[chosen] for column in past], axis=-1).astype(np.float64)
     if len(chosen) == 0 or not np.all(np.isfinite(columns)):
         return np.ones_like(evidence.weight)

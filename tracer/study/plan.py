@@ -67,7 +67,7 @@ class MethodPlan(Part):
     pilot_spp: int | None = None
     min_spp: int | None = None
     max_spp: int | None = None
-    cost: Literal["rays", "none"] = "rays"
+    cost: Literal["none", "rays"] = "none"
     block: int = 1
     unbiased: bool = False
 
