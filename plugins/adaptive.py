@@ -76,6 +76,8 @@ class AdaptiveIntegrator(mi.SamplingIntegrator):
             raise SettingsError('adaptive: takes one nested integrator, such as <integrator type="path"/>.')
         self.nested = require_nestable(nested[0] if nested else mi.load_dict({"type": "path"}))
         self.settings = {name: props[name] for name in Settings.model_fields if name in props}
+        if "importance" in self.settings:  # beside the scene, as every file that a scene names
+            self.settings["importance"] = str(mi.file_resolver().resolve(str(self.settings["importance"])))
         check_settings(**self.settings)
         self.result: Result | None = None
         """What the last render returned, with sample counts, errors and report."""

@@ -19,8 +19,8 @@ def situation(drawn, goal, total=None, may_settle=True):
     return Situation(drawn.astype(np.uint32), goal, goal if total is None else total, may_settle)
 
 
-def evidence(wanted=None, rays=4.0):
-    statistics = SimpleNamespace(rays=np.full(GRID, rays, np.float32))
+def evidence(wanted=None, rays=4.0, count=4):
+    statistics = SimpleNamespace(rays=np.full(GRID, rays, np.float32), count=np.full(GRID, count))
     ones = np.ones(GRID)
     return Evidence(
         look=lambda: pytest.fail("nobody asked for pilot rays"),
@@ -29,14 +29,13 @@ def evidence(wanted=None, rays=4.0):
         weight=ones,
         weight_before=None,
         colour_channels=3,
-        goal=0,
         wanted=ones if wanted is None else wanted,
     )
 
 
-def run(spends, importance, now, **known):
+def run(spends, importance, now, settings=None, **known):
     criterion = Criterion("made up", lambda _: importance, True, spends)
-    return decide(criterion, evidence(**known), make_settings(spp=16), now, np.random.default_rng(0))
+    return decide(criterion, evidence(**known), settings or make_settings(spp=16), now, np.random.default_rng(0))
 
 
 positive = hnp.arrays(np.float64, (9,), elements=st.floats(0.01, 100))
@@ -105,3 +104,34 @@ def test_nobody_gets_more_than_the_least_where_nothing_is_wanted(spends):
     assert allocation.sum() == 6 * 64
     assert np.all(allocation[:, :4] == 2)
     assert np.all(allocation[:, 4:] > 2)
+
+
+def test_where_a_mask_is_all_there_is_to_follow_no_more_is_decided():
+    wanted = np.ones(GRID)
+    wanted[:, :4] = 0
+    decision = run("deviation", np.full(GRID, 0.3), situation(np.full(GRID, 4), 8 * 64, 16 * 64), wanted=wanted)
+    assert decision.settled
+    assert np.all(decision.allocation[:, :4] == 4)
+    assert np.all(decision.allocation[:, 4:] == 28)
+
+
+def test_after_one_sample_it_is_too_early_to_settle():
+    now = situation(np.full(GRID, 1), 2 * 64, 16 * 64)
+    assert run("deviation", np.zeros(GRID), now, count=4).settled
+    decision = run("deviation", np.zeros(GRID), now, count=1)
+    assert not decision.settled
+    assert np.all(decision.allocation == 2)
+
+
+@pytest.mark.parametrize("spends", ["share", "deviation", "more", "priority"])
+def test_the_least_is_kept_by_every_kind(spends):
+    importance = np.zeros(GRID)
+    importance[0, 0] = 1
+    now = situation(np.zeros(GRID), 16 * 64)
+    assert run(spends, importance, now).allocation.min() >= 1
+    asked = make_settings(spp=16, min_spp=8)
+    allocation = run(spends, importance, now, settings=asked).allocation
+    assert allocation.min() == 8
+    assert allocation.sum() == 16 * 64
+    halfway = run(spends, importance, situation(np.full(GRID, 2), 8 * 64, 16 * 64), settings=asked).allocation
+    assert halfway.min() == 4

@@ -6,6 +6,7 @@ import OpenImageIO as oiio
 import pytest
 
 import tracer
+from conftest import LIT
 from tracer import criteria
 from tracer.errors import SettingsError
 
@@ -86,7 +87,8 @@ def test_the_plugin_takes_them_too(cornell, tmp_path):
         ({"importance": np.ones(5)}, "shape"),
         ({"importance": "nowhere.png"}, "importance: There is no picture 'nowhere.png'"),
         ({"shape_weights": {"flor": 2}}, "no shape 'flor', did you mean 'floor'"),
-        ({"shape_weights": {"floor": -1}}, "'floor' must be finite and not negative"),
+        ({"shape_weights": {"floor": -1}}, "'floor' must be 0 to 1e\\+06"),
+        ({"shape_weights": {"floor": 1e39}}, "'floor' must be 0 to 1e\\+06"),
         ({"shape_weights": "floor"}, "write"),
         ({"shape_weights": "floor=much"}, "shape_weights.floor"),
     ],
@@ -101,3 +103,20 @@ def test_every_criterion_gives_the_least_where_nothing_is_wanted(cornell):
         samples = tracer.render(cornell(), spp=16, criterion=name, importance=mask()).samples
         assert samples.sum() == 16 * samples.size
         assert samples[:, :11].max() <= 5, name
+
+
+def test_a_mask_counts_where_the_budget_leaves_nothing_to_decide(cornell):
+    samples = tracer.render(cornell(), spp=6, importance=mask()).samples
+    assert samples[:, :11].max() == 1
+    assert samples[:, 13:].mean() > 9
+
+
+def test_a_file_that_a_scene_names_is_beside_it(scene_file, tmp_path, monkeypatch):
+    write(tmp_path / "mask.exr", mask(8, 12))
+    named = '<string name="importance" value="mask.exr"/><string name="criterion" value="uniform"/></integrator>'
+    scene = scene_file(LIT.replace('type="path"/>', f'type="adaptive">{named}'))
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    samples = tracer.render(scene, spp=16).samples
+    assert samples[:, :5].max() <= 2
+    assert samples[:, 7:].mean() > 28

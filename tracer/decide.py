@@ -55,44 +55,55 @@ def decide(
         importance = np.ones_like(importance)
     importance = importance * evidence.wanted
     if criterion.spends == "priority":
-        return Decision(budget.serve(importance, now.goal, now.drawn, settings.most_samples, generator))
+        served = least_counts(evidence.wanted, settings, now, 1).astype(np.uint32)
+        return Decision(budget.serve(importance, now.goal, served, settings.most_samples, generator))
     if criterion.spends == "more":
-        left = now.goal - int(now.drawn.sum(dtype=np.int64))
-        room = np.maximum(settings.most_samples - now.drawn.astype(np.float64), 0.0)
-        more = budget.fill(importance, left, 0.0, room)
+        drawn = now.drawn.astype(np.float64)
+        least = least_counts(evidence.wanted, settings, now, 1) - drawn
+        left = now.goal - int(drawn.sum())
+        more = budget.fill(importance, left, least, np.maximum(settings.most_samples - drawn, least))
         return Decision(now.drawn + budget.round_to_total(more, left, generator))
     if criterion.spends == "deviation" and evidence.statistics is not None:
         cost = cost_of_sample(evidence.statistics)
         deviation, importance = importance, importance / np.sqrt(cost) if settings.cost == "rays" else importance
-        gain, overhead = predicted_gain(deviation, importance, cost), predicted_overhead(evidence.statistics, now)
+        gain = predicted_gain(deviation, importance, cost) / predicted_gain(deviation, evidence.wanted, cost)
+        overhead = predicted_overhead(evidence.statistics, now)
+        if evidence.statistics.count.max() < 2:  # of one sample nobody knows the deviation
+            return Decision(share_out(evidence.wanted, evidence.wanted, settings, now, True, generator))
         if gain < 1 + overhead:
             note = (
                 f"Uniform beyond {now.drawn.mean():.3g} samples per pixel: to adapt the rest would gain a factor of "
                 f"{gain:.3f}, to decide so would cost one of {1 + overhead:.3f}."
             )
             now = replace(now, goal=now.total) if now.may_settle else now
-            return Decision(share_out(evidence.wanted, evidence, settings, now, True, generator), now.may_settle, note)
-    return Decision(share_out(importance, evidence, settings, now, criterion.spends == "deviation", generator))
+            counts = share_out(evidence.wanted, evidence.wanted, settings, now, True, generator)
+            return Decision(counts, now.may_settle, note)
+    return Decision(share_out(importance, evidence.wanted, settings, now, criterion.spends == "deviation", generator))
 
 
 def share_out(
-    importance: Floats,
-    evidence: Evidence,
-    settings: Settings,
-    now: Situation,
-    suits: bool,
-    generator: np.random.Generator,
+    importance: Floats, wanted: Floats, settings: Settings, now: Situation, suits: bool, generator: np.random.Generator
 ) -> Counts:
     """Return counts (H, W) in proportion to importance, within bounds; ``suits``: most of them powers of two."""
     if np.ptp(importance) == np.ptp(now.drawn) == 0 and now.goal % importance.size == 0:
         return np.full(importance.shape, now.goal // importance.size, np.uint32)
-    # The floor grows with the budget: reached at once, it could ask for more than is left to share out.
-    least = np.where(evidence.wanted > 0, max(1.0, settings.least_samples * now.goal / now.total), 1.0)
-    least = np.maximum(now.drawn, least)
+    least = least_counts(wanted, settings, now, settings.least_samples)
     target = budget.fill(importance, now.goal, least, settings.most_samples)
     if suits:  # other criteria are as they say, and not as we would
         target = budget.suit_sequence(target, now.goal, least, settings.most_samples)
     return budget.round_to_total(target, now.goal, generator)
+
+
+def least_counts(wanted: Floats, settings: Settings, now: Situation, default: int) -> Floats:
+    """Return the least samples (H, W) that each pixel is to have: ``min_spp``, else ``default`` where it is wanted.
+
+    They grow with the budget: reached at once, they could ask for more than is left to share out.
+    """
+    grown = now.goal / now.total
+    least = np.where(wanted > 0, max(1.0, default * grown), 1.0)
+    if settings.min_spp is not None:
+        least = np.full(wanted.shape, max(1.0, settings.min_spp * grown))
+    return np.maximum(now.drawn, np.floor(least))
 
 
 def cost_of_sample(statistics: Statistics) -> Floats:

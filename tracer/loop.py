@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from tracer import backend, criteria, draw, objective, pilot
-from tracer.decide import Decision, Situation, decide
+from tracer.decide import Decision, Situation, decide, share_out
 from tracer.estimate import Estimate, Statistics
 from tracer.result import Report, Result, Round, empty_pixels
 from tracer.rounds import GROWTH, PASS_SIZES, PRIORITY_GROWTH, even_pass, next_pass_size, round_goals
@@ -161,8 +161,11 @@ class Rendering:
         """Return how many samples each pixel is to have when ``goal`` are drawn."""
         start, looking = time.perf_counter(), self.report.seconds_pilot
         teaches = self.settings.unbiased and self.held_out is None and goal != self.total
+        total = goal if self.held_out is not None else self.total
+        situation = Situation(self.drawn, goal, total, may_settle=not self.settings.unbiased)
         if self.criterion.needs_radiance and (known is None or teaches):
-            return Decision(np.full(self.view.grid, goal // self.view.pixel_count, np.uint32))
+            even = np.ones(self.view.grid) if goal < self.total else self.wanted
+            return Decision(share_out(even, even, self.settings, situation, False, self.generator))
         evidence = criteria.Evidence(
             look=self.look,
             statistics=known,
@@ -170,13 +173,9 @@ class Rendering:
             weight=self.weight(known),
             weight_before=None if before is None else self.weight(before),
             colour_channels=self.view.colour_channels,
-            goal=goal,
             wanted=self.wanted,
             memory=self.memory,
         )
-        total = goal if self.held_out is not None else self.total
-        may_settle = not self.settings.unbiased
-        situation = Situation(self.drawn, goal, total, may_settle)
         decision = decide(self.criterion, evidence, self.settings, situation, self.generator)
         if decision.note:
             self.report.notes.append(decision.note)

@@ -149,12 +149,7 @@ def open_scene(source: Any, sensor: Any = 0, integrator: Any = None, size: Size 
     scene = load(source)
     if scene.class_name() != "Scene":
         raise SceneError(f"{describe(source)} holds a {scene.class_name()}, not a scene; wrap it in <scene>.")
-    sensors = scene.sensors()
-    if not sensors:
-        raise SceneError(f'{describe(source)} has no sensor; add one, for example <sensor type="perspective">.')
-    if isinstance(sensor, int) and not 0 <= sensor < len(sensors):
-        raise SettingsError(f"There is no sensor {sensor}: {describe(source)} has {len(sensors)}, counted from 0.")
-    chosen = sensors[sensor] if isinstance(sensor, int) else sensor
+    chosen = pick_sensor(scene, sensor, source)
     asked = make_integrator(integrator if integrator is not None else scene.integrator())
     ours = type(asked).__name__ == "AdaptiveIntegrator"  # by name: the class is another one in every variant
     nested, settings = (asked.nested, asked.settings) if ours else (asked, {})
@@ -166,6 +161,16 @@ def open_scene(source: Any, sensor: Any = 0, integrator: Any = None, size: Size 
         yield view
     finally:
         restore_film(chosen, original)
+
+
+def pick_sensor(scene: Any, sensor: Any, source: Any) -> Any:
+    """Return a sensor of a loaded scene by number, or ``sensor`` itself. Raises SceneError or SettingsError."""
+    sensors = scene.sensors()
+    if not sensors:
+        raise SceneError(f'{describe(source)} has no sensor; add one, for example <sensor type="perspective">.')
+    if isinstance(sensor, int) and not 0 <= sensor < len(sensors):
+        raise SettingsError(f"There is no sensor {sensor}: {describe(source)} has {len(sensors)}, counted from 0.")
+    return sensors[sensor] if isinstance(sensor, int) else sensor
 
 
 def make_integrator(wanted: Any) -> Any:

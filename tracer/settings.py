@@ -17,6 +17,10 @@ UNBIASED_SHARE = 32
 sample, they cost more than they bring: the render is uniform, unless pilot_spp is set."""
 
 
+MOST_WEIGHT = 1e6
+"""Of a shape: beyond it float32 would lose what is not weighted."""
+
+
 class Settings(BaseModel):
     """Settings of a render. The parameters of the plugin ``adaptive`` have the same names."""
 
@@ -68,10 +72,8 @@ class Settings(BaseModel):
     def weights_are_weights(cls, weights: dict[str, float]) -> dict[str, float]:
         """Reject a weight that is none."""
         for name, weight in weights.items():
-            if not 0 <= weight < float("inf"):
-                raise ValueError(
-                    f"shape_weights: the weight of '{name}' must be finite and not negative (was {weight})"
-                )
+            if not 0 <= weight <= MOST_WEIGHT:
+                raise ValueError(f"shape_weights: the weight of '{name}' must be 0 to {MOST_WEIGHT:g} (was {weight:g})")
         return weights
 
     @field_validator("criterion")
@@ -118,8 +120,8 @@ class Settings(BaseModel):
 
     @property
     def pilot_rays(self) -> int:
-        """ID rays per pixel; more than MOST_PILOT_RAYS would tell nothing new."""
-        return min(self.pilot_spp or 4, MOST_PILOT_RAYS)
+        """ID rays per pixel: one alone hits one thing, more than MOST_PILOT_RAYS would tell nothing new."""
+        return min(max(self.pilot_spp or 4, 2), MOST_PILOT_RAYS)
 
     @property
     def least_samples(self) -> int:
@@ -154,7 +156,8 @@ def make_settings(**values: Any) -> Settings:
 def check_settings(**values: Any) -> None:
     """Check settings to which spp is still to come; bounds that depend on it are checked then."""
     if "spp" not in values:
-        values["spp"] = max(values.get("min_spp") or 1, values.get("pilot_spp") or 1)
+        lower = [values.get(name) for name in ("min_spp", "pilot_spp")]
+        values["spp"] = max([1, *(int(text) for one in lower if (text := str(one)).isdecimal())])
         values["unbiased"] = False
     make_settings(**values)
 

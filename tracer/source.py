@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -113,6 +114,6 @@ def fingerprint(source: Any) -> str:
         for name, value in node.props.items():
             digest.update(f"{node.props.plugin_name()} {name} {value}\n".encode() if isinstance(source, dict) else b"")
             if isinstance(value, str):
-                named = next((folder / value for folder in folders if (folder / value).is_file()), None)
+                named = next((folder / value for folder in folders if os.path.isfile(folder / value)), None)
                 digest.update(named.read_bytes() if named else b"")
     return digest.hexdigest()[:16]

@@ -35,7 +35,8 @@ def wanted(view: View, settings: Settings, sampler: Any, importance: Any = None)
         table = weight_table(view, settings.shape_weights)
         whole = whole * pilot.mean_over_shapes(view, sampler, settings.seed, settings.pilot_rays, table)
     if not whole.any():
-        raise SettingsError("importance: nothing is wanted, it is zero in every pixel; mark what matters with 1.")
+        name = "shape_weights" if importance is None else "importance"
+        raise SettingsError(f"{name}: nothing is wanted, it is zero in every pixel; mark what matters with 1.")
     return whole
 
 

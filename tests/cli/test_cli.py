@@ -50,6 +50,8 @@ BAD = [
     (("render", "BROKEN", "-o", "out.exr"), 2, "does not load"),
     (("render", "BLIND", "-o", "out.exr"), 2, "has no sensor"),
     (("compare", "no.xml"), 2, "there is no scene file"),
+    (("compare", "SCENE", "--sensor", "1"), 2, "There is no sensor 1"),
+    (("compare", "BLIND"), 2, "has no sensor"),
     (("compare", "SCENE", "--spp", "16", "0"), 2, "a budget must be above 0 (was 0)"),
     (("compare", "SCENE", "--criterion", "nothing"), 2, "there is no criterion"),
     (("compare", "SCENE", "SCENE"), 2, "two scenes are named"),

@@ -50,7 +50,6 @@ def evidence_of(known, before=None, channels=3, look=None):
         weight=ones,
         weight_before=ones,
         colour_channels=channels,
-        goal=2 * int(known.count.sum()),
         wanted=ones,
     )
 

@@ -40,7 +40,7 @@ class Flat:
 
     def __init__(self, grid):
         self.grid = grid
-        self.same_face = np.full((*grid, 4), 4)
+        self.same_shape = self.same_face = np.full((*grid, 4), 4)
 
     def __getattr__(self, name):
         return np.zeros(self.grid)

@@ -23,6 +23,8 @@ def half_seen():
 
 
 EXPECTED = {
+    "shape_entropy": 1 / 8,  # one bit of log2 256
+    "face_entropy": 1.5 / 8,
     "shape_gini": 0.5,
     "face_gini": 1 - 1 / 4 - 2 / 16,  # it has two triangles
     "viewpoint_complexity": (1 + 0.5) / 2,  # the one shape is visible, and covers half

@@ -15,6 +15,10 @@ REFERENCE_FACTOR = 64
 """A reference takes at most this many times the samples of the largest budget, unless told."""
 
 
+STOCK = ("independent", "multijitter")
+"""Samplers of plain ``mi.render``."""
+
+
 def compare(
     scenes: Annotated[list[Path], typer.Argument(help="Mitsuba scene files (XML).", show_default=False)],
     spp: Annotated[list[int] | None, typer.Option(help="Mean samples per pixel; several may follow. [64]")] = None,
@@ -57,7 +61,7 @@ def compare(
             "scenes": [{"path": str(scene), **place} for scene in scenes],
             "methods": [
                 *({"name": name, "criterion": name, "objective": objective} for name in criteria),
-                *({"name": f"mi.render {name}", "sampler": name} for name in ("independent", "multijitter")),
+                *({"name": f"mi.render {name}", "sampler": name, "objective": objective} for name in STOCK),
             ],
         },
         Origin("compare"),

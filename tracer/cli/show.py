@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from tracer.study.results import Results
-from tracer.study.tables import CLOSE_MARK, HEADINGS, bounds, cells
+from tracer.study.tables import CLOSE_MARK, HEADINGS, bounds, cells, measured
 
 SHOWN = ("method", "relMSE", "SSIM", "FLIP", "seconds", "gain, samples", "gain, time")
 """Columns; the others are in the files."""
@@ -40,7 +40,8 @@ def study_tables(results: Results) -> None:
         simple_table(SHOWN, lines, f"{scene}, {budget}")
     baseline = results.plan.compared_with
     console = Console(markup=False)
-    console.print(f"gain: relMSE of {baseline} over that of the method, with its 95 % interval over seeds")
+    error = measured(results.plan)
+    console.print(f"gain: {error} of {baseline} over that of the method, with its 95 % interval over seeds")
     if any(row.too_close for row in rows):
         console.print(f"{CLOSE_MARK} less than ten times the error of the reference; a larger reference_spp helps")
     if len({row.scene for row in rows}) > 1:

@@ -7,12 +7,14 @@ It sees no radiance, so the picture stays unbiased.
 
 from __future__ import annotations
 
+import numpy as np
+
 from tracer.criteria.floor import over_floor
 from tracer.criteria.registry import Evidence, Floats, criterion
 
 
 @criterion("face_entropy", needs_radiance=False)
 def face_entropy(evidence: Evidence) -> Floats:
-    """Return sqrt(sqrt(H / log2 K) + FLOOR), H the entropy of face IDs."""
-    entropy = evidence.complexity.face_entropy
-    return over_floor(entropy / max(float(entropy.max()), 1.0))
+    """Return sqrt(sqrt(H / log2 K) + FLOOR) (H, W), H the entropy of face IDs of the K rays of a pixel or block."""
+    seen = evidence.complexity
+    return over_floor(seen.face_entropy / np.log2(seen.same_face.shape[-1]))

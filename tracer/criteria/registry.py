@@ -40,8 +40,6 @@ class Evidence:
     """The same as it was known ``before``."""
     colour_channels: int
     """How many channels of ``statistics``, from the first, are colour."""
-    goal: int
-    """Samples that the allocation will share out, those already drawn included."""
     wanted: Floats
     """What the person wants more of, >= 0: importance is multiplied by it. Ones unless there is a mask or weight."""
     memory: dict[str, Any] = field(default_factory=dict)

@@ -7,12 +7,14 @@ It sees no radiance, so the picture stays unbiased.
 
 from __future__ import annotations
 
+import numpy as np
+
 from tracer.criteria.floor import over_floor
 from tracer.criteria.registry import Evidence, Floats, criterion
 
 
 @criterion("shape_entropy", needs_radiance=False)
 def shape_entropy(evidence: Evidence) -> Floats:
-    """Return sqrt(sqrt(H / log2 K) + FLOOR), H the entropy of shape IDs."""
-    entropy = evidence.complexity.shape_entropy
-    return over_floor(entropy / max(float(entropy.max()), 1.0))
+    """Return sqrt(sqrt(H / log2 K) + FLOOR) (H, W), H the entropy of shape IDs of the K rays of a pixel or block."""
+    seen = evidence.complexity
+    return over_floor(seen.shape_entropy / np.log2(seen.same_shape.shape[-1]))

@@ -75,7 +75,7 @@ def key(content: tuple[Any, ...], method: MethodPlan, budget: Budget, seed: int)
     """Return the hash of all that the pixels of a cell depend on, the code included."""
     made_by = code.stock_hash() if method.sampler else code.render_hash()
     own = code.criterion_hash(method.criterion) if method.criterion else code.oracle_hash() if method.oracle else ""
-    settings = method.model_dump_json(exclude={"name"})
+    settings = method.model_dump_json(exclude={"name", "objective"} if method.sampler else {"name"})
     parts = (content, settings, budget, seed, made_by, own, mi.__version__, mi.variant())
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:24]
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import ModuleType
 
 import tracer
-from tracer import criteria, draw, scene, source
+from tracer import band, criteria, draw, estimate, loop, scene, source
 
 UNSEEN = ("cli", "study", "criteria", "errors.py", "files.py", "load_error.py", "metadata.py", "pictures.py")
 """Parts of tracer that no pixel depends on, apart from the criterion that a method names."""
@@ -54,7 +54,7 @@ def stock_hash() -> str:
 
 
 def criterion_hash(name: str) -> str:
-    """Return a hash of the file of a criterion, and of those in the same folder that it takes functions from."""
+    """Return a hash of the file of a criterion, and of those beside it or among ours that it takes functions from."""
     found: list[ModuleType] = []
     waiting = [inspect.getmodule(criteria.get(name).importance)]
     while waiting:
@@ -63,7 +63,8 @@ def criterion_hash(name: str) -> str:
             continue
         found.append(module)
         sources = {inspect.getmodule(one) for one in vars(module).values() if inspect.isfunction(one)}
-        waiting += [one for one in sources if one is not None and one.__package__ == module.__package__]
+        folders = (module.__package__, criteria.__name__)
+        waiting += [one for one in sources if one is not None and one.__package__ in folders]
     return hash_of(sorted(files_of(*found)))
 
 
@@ -72,7 +73,7 @@ def truth_hash() -> str:
     """Return a hash of the source that the measurements of an oracle depend on."""
     from tracer.study import truth, uniform
 
-    return hash_of([*files_of(truth, uniform, draw), *plugin_sources()])
+    return hash_of([*files_of(truth, uniform, band, draw, estimate, loop, scene), *plugin_sources()])
 
 
 @cache

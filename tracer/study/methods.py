@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.loop import ProgressCallback, render_view
-from tracer.scene import Size, open_scene, resize_film
+from tracer.scene import Size, open_scene, pick_sensor, resize_film
 from tracer.settings import make_settings
 from tracer.source import load
 
@@ -114,8 +114,10 @@ class Studio:
 
 
 def borrow_sensor(setting: Setting, sampler: str) -> Any:
-    """Return a sensor like that of ``setting`` with another sampler. Raises SceneError if it has none to replace."""
-    sensor = load(setting.source, sampler=sampler).sensors()[setting.sensor]
+    """Return a sensor like that of ``setting`` with another sampler. Raises SceneError if there is none to replace, or
+    SettingsError if there is no such sensor.
+    """
+    sensor = pick_sensor(load(setting.source, sampler=sampler), setting.sensor, setting.source)
     resize_film(sensor, setting.size)
     return sensor
 

@@ -20,8 +20,8 @@ from tracer.study.methods import Setting
 from tracer.study.origin import Location, Origin
 
 NAME = r"^[A-Za-z0-9][\w.+() -]*$"
-STOCK_KEYS = {"name", "sampler"}
-"""Of a method: all there is to say of plain ``mi.render``."""
+STOCK_KEYS = {"name", "sampler", "objective"}
+"""Of a method: all there is to say of plain ``mi.render``, and by which error it is compared."""
 
 
 ORACLE_KEYS = {"name", "oracle", "objective"}

@@ -103,9 +103,9 @@ class Row:
     gain_trimmed: Interval | None
     """As gain_samples, of the trimmed relMSE."""
     oracle_share: float | None
-    """log(gain_samples) / log(limit), of methods that minimise the relative error, over a uniform baseline; None for
-    others, and where there is next to nothing to gain. The limit is what an oracle by samples gained, if the study has
-    one, else that of the scene."""
+    """log(gain_samples) / log(limit), over a uniform baseline; None where there is next to nothing to gain. The limit
+    is what the study's oracle by samples gained that has the method's objective; if there is none, that of the scene
+    for methods that minimise the relative error, and None for others."""
     oracle_time_share: float | None
     """The same at equal time; None if the study has no oracle by time."""
     paired: bool

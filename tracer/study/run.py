@@ -31,7 +31,7 @@ StepCallback = Callable[[str, int, int], bool | None]
 """Called with what is under way and how much of how much is done; return False to stop."""
 
 OBJECTIVE = "relative"
-"""Which error gains and limits are of."""
+"""Which error the limit of a scene is of; gains are of each method's own."""
 PAGE_SECONDS = 60.0
 """Least time between two pages: they take a second or two a scene."""
 LEAST_LEFT = 0.1

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tracer.study.gains import Interval
+from tracer.study.plan import Plan
 from tracer.study.records import Mean, Row
 from tracer.study.results import Results
 
@@ -73,6 +74,12 @@ def cells(row: Row) -> list[str]:
     ]
 
 
+def measured(plan: Plan) -> str:
+    """Return the name of the error that gains are of."""
+    relative = all(method.objective == "relative" for method in plan.methods)
+    return "relMSE" if relative else "error (each method's own)"
+
+
 def markdown_table(headings: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
     """Return a Markdown table."""
     head, *rows = ("| " + " | ".join(cells) + " |" for cells in (headings, *lines))
@@ -113,7 +120,9 @@ def gains(results: Results, rows: Sequence[Row], means: Sequence[Mean], budget: 
         if any(one is not None for one in shares):
             caption = f"**share of what an oracle gains, equal {caption}**"
             lines.append([caption, *(f"**{percent(one)}**" for one in shares), ""])
-    return markdown_table([f"{budget}, relMSE of {baseline} over that of", *methods, "1 + CV²"], lines)
+    return markdown_table(
+        [f"{budget}, {measured(results.plan)} of {baseline} over that of", *methods, "1 + CV²"], lines
+    )
 
 
 def mean_text(mean: Mean | None, field: str, scenes: int) -> str:

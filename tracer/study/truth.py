@@ -49,8 +49,6 @@ class Truth:
     """(N,): seeds for each."""
     squared_error: Singles
     """(N, H, W): squared error of the mean of a pixel after so many samples, averaged over colour channels."""
-    variance: Singles
-    """(H, W): variance of one sample, averaged over colour channels."""
     luminance: Singles
     """(H, W)."""
     cost: Singles
@@ -78,15 +76,13 @@ def measure_truth(setting: Setting, view: View, told: Told) -> Truth:
 
 def measure_errors(view: View, told: Told) -> dict[str, Any]:
     """Return the fields of ``Truth`` but for the cost."""
-    errors, variances, pictures, weights = [], [], [], []
+    errors, pictures = [], []
     for spp, seeds in SEEDS_OF.items():
         means = []
         for k in range(seeds):
             told(f"what an oracle knows, {spp} spp, seed {k + 1} of {seeds}")
             found = render_uniform(view, spp, FIRST_SEED + 1000 * spp + k)[1]
             means.append(found.mean[view.inner])
-            variances.append(found.variance[view.inner][..., : view.colour_channels].mean(axis=-1))
-            weights.append(spp)
         stack = np.stack(means).astype(np.float64)
         errors.append(stack[..., : view.colour_channels].var(axis=0, ddof=1).mean(axis=-1))
         pictures.append(stack.mean(axis=0))
@@ -95,7 +91,6 @@ def measure_errors(view: View, told: Told) -> dict[str, Any]:
         "counts": np.array(list(SEEDS_OF)),
         "seeds": np.array(list(SEEDS_OF.values())),
         "squared_error": np.stack(errors).astype(np.float32),
-        "variance": np.average(variances, axis=0, weights=weights).astype(np.float32),
         "luminance": view.luminance(np.average(pictures, axis=0, weights=totals)).astype(np.float32),
     }
 
