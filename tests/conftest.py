@@ -48,5 +48,6 @@ LIT = f'<integrator type="path"/>{SENSOR}<emitter type="constant"/>'
 @pytest.fixture(autouse=True)
 def reference_cache(tmp_path, monkeypatch):
     """Keep references of tests out of the user's cache."""
+    monkeypatch.delenv("TRACER_CACHE", raising=False)
     if "TRACER_CACHE" not in os.environ:
         monkeypatch.setenv("TRACER_CACHE", str(tmp_path / "cache"))
