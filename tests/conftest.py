@@ -1,6 +1,5 @@
 """Shared by all tests: the variant, small scenes, and a cache of references that is not the user's."""
 
-import os
 
 import pytest
 from hypothesis import settings
@@ -48,6 +47,4 @@ LIT = f'<integrator type="path"/>{SENSOR}<emitter type="constant"/>'
 @pytest.fixture(autouse=True)
 def reference_cache(tmp_path, monkeypatch):
     """Keep references of tests out of the user's cache."""
-    monkeypatch.delenv("TRACER_CACHE", raising=False)
-    if "TRACER_CACHE" not in os.environ:
-        monkeypatch.setenv("TRACER_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setenv("TRACER_CACHE", str(tmp_path / "cache"))
