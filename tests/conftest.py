@@ -1,6 +1,5 @@
 """Shared by all tests: the variant, small scenes, and a cache of references that is not the user's."""
 
-
 import pytest
 from hypothesis import settings
 
