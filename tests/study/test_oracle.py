@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from tracer import objective
 from tracer.scene import open_scene
 from tracer.study import oracle
 from tracer.study.methods import Setting
@@ -90,3 +91,21 @@ def test_what_is_measured_of_a_scene(tmp_path, monkeypatch):
         drawn = oracle.rendered_allocation(truth, "relative", 16, by)
         assert drawn.mean() == pytest.approx(round(drawn.mean()))
         assert drawn.min() >= 1
+
+
+def test_pixels_that_clip_are_not_starved_of_what_keeps_them_clipped(known):
+    scale, rate, cost = known
+    kept = made_up(scale * 100, rate, cost)
+    truth = Truth(kept.counts, kept.seeds, kept.squared_error, np.full(scale.shape, 1.5), kept.cost)
+    counts = oracle.allocation(truth, "display", 64, "samples")
+    assert counts.min() >= 8
+    assert counts.mean() == pytest.approx(64)
+    assert counts[1, 0] > 4 * counts[1, 2]  # noise that reaches below white still counts
+
+
+def test_a_secant_over_little_noise_is_the_slope():
+    luminance = np.array([0.001, 0.2, 0.7])
+    slope = objective.weights("display", luminance)
+    assert oracle.secant(luminance, np.full(3, 1e-5)) == pytest.approx(slope, rel=1e-3)
+    assert oracle.secant(np.array([2.0]), np.array([0.5])) == 0
+    assert oracle.secant(np.array([0.5]), np.zeros(1)) == 0

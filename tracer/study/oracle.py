@@ -17,6 +17,9 @@ FINE, WIDE = 0.7, 3.0
 """Standard deviations in pixels over which a and b are smoothed: a variance over a few seeds is noisy."""
 LEAST = 1e-4
 """Least error of a pixel, relative to the mean: one that no seed found anything in still needs a sample or two."""
+LEAST_SHOWN = 1 / 8
+"""Least samples of a pixel under the objective ``display``, relative to the mean: the curve is clipped where a pixel is
+white, not where its noise is."""
 STEPS = 60
 
 Floats = NDArray[np.float64]
@@ -60,7 +63,11 @@ def allocation(truth: Truth, name: str, spp: float, by: str, least: float = 1.0)
     n = (w a b / (lambda c))^(1 / (1 + b)) with c = 1 or the cost, and the one lambda that spends the budget.
     """
     scale, rate = fit(truth)
-    weight = objective.weights(name, gaussian_filter(truth.luminance.astype(np.float64), FINE, mode="nearest"))
+    luminance = gaussian_filter(truth.luminance.astype(np.float64), FINE, mode="nearest")
+    weight = objective.weights(name, luminance)
+    if name == "display":
+        least = max(least, LEAST_SHOWN * spp)
+        weight = secant(luminance, np.sqrt(scale * least**-rate))
     cost = truth.cost.astype(np.float64) if by == "time" else np.ones_like(scale)
     urgency = weight * scale * rate / cost
     if not urgency.max() > 0:
@@ -73,6 +80,13 @@ def allocation(truth: Truth, name: str, spp: float, by: str, least: float = 1.0)
         counts = np.maximum((urgency * np.exp(middle)) ** (1 / (1 + rate)), least)
         low, high = (middle, high) if np.sum(counts * cost) < spp * np.sum(cost) else (low, middle)
     return counts
+
+
+def secant(luminance: Floats, noise: Floats) -> Floats:
+    """Return the mean squared slope of the sRGB curve between L and L - s, and L and L + s, with clipping."""
+    steps = [score.encode_srgb(luminance + sign * noise) - score.encode_srgb(luminance) for sign in (-1, 1)]
+    squared = 0.5 * (steps[0] ** 2 + steps[1] ** 2)
+    return np.divide(squared, noise**2, out=np.zeros_like(squared), where=noise > 0)
 
 
 def rendered_allocation(truth: Truth, name: str, spp: float, by: str) -> Floats:
