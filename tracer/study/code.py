@@ -11,7 +11,17 @@ from types import ModuleType
 import tracer
 from tracer import band, criteria, draw, estimate, loop, scene, source
 
-UNSEEN = ("cli", "study", "criteria", "errors.py", "files.py", "load_error.py", "metadata.py", "pictures.py")
+UNSEEN = (
+    "cli",
+    "study",
+    "criteria",
+    "viewpoint",
+    "errors.py",
+    "files.py",
+    "load_error.py",
+    "metadata.py",
+    "pictures.py",
+)
 """Parts of tracer that no pixel depends on, apart from the criterion that a method names."""
 
 

@@ -1,0 +1,191 @@
+"""Measures of many views: identities of information theory, brute force, and what is asked of them."""
+
+import mitsuba as mi
+import numpy as np
+import pytest
+
+from tracer.errors import SettingsError
+from tracer.viewpoint import item_buffer, measures, sphere
+from tracer.viewpoint.channel import adjacent
+from tracer.viewpoint.item_buffer import Rays, around, at, projected_areas
+from tracer.viewpoint.lens import Orthographic, Perspective, WholeSphere
+from tracer.viewpoint.subject import open_subject
+from tracer.viewpoint.survey import survey
+
+from .conftest import mesh_scene
+
+DIRECTIONS, TRIANGLES = sphere.icosphere(2)
+BESIDE = sphere.neighbours(TRIANGLES)
+RAYS = Rays(side=96)
+
+
+@pytest.fixture(scope="module")
+def subject():
+    """Return a cube and a rod beside it, in triangles: nothing about it is symmetric."""
+    turn = mi.ScalarTransform4f
+    parts = {
+        "cube": {"type": "cube", "to_world": turn().rotate([1, 2, 3], 20).scale(0.5)},
+        "rod": {"type": "cube", "to_world": turn().translate([0.9, 0.2, 0.4]).scale([0.1, 0.2, 0.9])},
+    }
+    return open_subject(mi.load_dict({"type": "scene", **parts}))
+
+
+@pytest.fixture(scope="module")
+def areas(subject):
+    """Return all projected areas (V, Z)."""
+    views = around(subject.centre, 6 * subject.radius, DIRECTIONS)
+    return np.concatenate([one.areas for one in projected_areas(subject, views, Perspective(19), RAYS)]).astype(float)
+
+
+@pytest.fixture(scope="module")
+def values(subject):
+    """Return all measures of all views."""
+    views = around(subject.centre, 6 * subject.radius, DIRECTIONS)
+    return survey(subject, views, Perspective(19), RAYS, measures.names(), background=False, beside=BESIDE)
+
+
+def entropy(p):
+    p = p[p > 0] / p.sum()
+    return -np.sum(p * np.log2(p))
+
+
+def test_there_are_the_22_of_the_survey(values):
+    assert len(measures.names()) == 22
+    assert all(np.all(np.isfinite(found)) for found in values.values())
+    assert all(found.shape == (162,) for found in values.values())
+
+
+def test_three_informations_have_one_mean(areas, values):
+    weights = areas.sum(axis=1) / areas.sum()
+    joint = areas / areas.sum()
+    expected = entropy(joint.sum(axis=0)) + entropy(joint.sum(axis=1)) - entropy(joint.ravel())
+    for name in ("mutual_information", "information_2", "information_3"):
+        assert np.sum(weights * values[name]) == pytest.approx(expected, rel=1e-6)
+    assert values["mutual_information"].min() >= 0
+
+
+def test_measures_of_areas_by_brute_force(subject, areas, values):
+    shares = areas / areas.sum(axis=1, keepdims=True)
+    true = subject.areas / subject.areas.sum()
+    for k in (0, 7, 100):
+        p = shares[k]
+        assert values["visible"][k] == np.count_nonzero(p)
+        assert values["entropy"][k] == pytest.approx(entropy(p))
+        seen = p > 0
+        assert values["kullback_leibler"][k] == pytest.approx(np.sum(p[seen] * np.log2(p[seen] / true[seen])))
+        assert values["visibility_ratio"][k] == pytest.approx(true[seen].sum())
+        covered = areas[k].sum() / Perspective(19).image_area
+        assert values["projected_area"][k] == pytest.approx(covered)
+        assert values["viewpoint_complexity"][k] == pytest.approx(seen.mean() + covered)
+
+
+def test_saliency_by_brute_force(subject, areas, values):
+    by_surface = areas.T  # rows: p(v|z) up to a factor
+    salient, count = np.zeros(subject.count), np.zeros(subject.count)
+    for y, z in adjacent(subject.mesh):
+        both = by_surface[y] + by_surface[z]
+        own = sum(by_surface[k].sum() * entropy(by_surface[k]) for k in (y, z)) / both.sum()
+        for k in (y, z):
+            salient[k] += entropy(both) - own
+            count[k] += 1
+    assert np.all(count == 3)  # every triangle of a box has three neighbours
+    salient /= count
+    seen = areas > 0
+    assert values["visible_saliency"] == pytest.approx(seen @ salient, rel=1e-6)
+    assert values["projected_saliency"] == pytest.approx((areas / areas.sum(axis=0)) @ salient, rel=1e-6)
+
+
+def test_instability_by_brute_force(areas, values):
+    for k in (0, 13, 161):
+        found = []
+        for other in BESIDE[k]:
+            pair = areas[[k, other]]
+            own = sum(row.sum() * entropy(row) for row in pair) / pair.sum()
+            found.append(entropy(pair.sum(axis=0)) - own)
+        assert values["instability"][k] == pytest.approx(np.mean(found), rel=1e-6)
+
+
+def test_batches_change_nothing(subject, values, monkeypatch):
+    monkeypatch.setattr(item_buffer, "MOST_RAYS", 5 * RAYS.count)
+    views = around(subject.centre, 6 * subject.radius, DIRECTIONS)
+    again = survey(subject, views, Perspective(19), RAYS, measures.names(), background=False, beside=BESIDE)
+    assert all(np.array_equal(again[name], values[name]) for name in values)
+
+
+def halves(scene_of):
+    """Return a subject of the octahedron, its faces whole or split in two of the same area."""
+    points = np.vstack([np.eye(3), -np.eye(3)])
+    corners = [(a, b, c) for a in (0, 3) for b in (1, 4) for c in (2, 5)]
+    if scene_of == "whole":
+        return open_subject(mesh_scene(points, corners))
+    middles = [(points[a] + points[b]) / 2 for a, b, _ in corners]
+    faces = [part for k, (a, b, c) in enumerate(corners) for part in ((a, 6 + k, c), (6 + k, b, c))]
+    return open_subject(mesh_scene(np.vstack([points, middles]), faces))
+
+
+def test_splitting_every_face_adds_a_bit_of_entropy_and_nothing_else():
+    names = ["entropy", "kullback_leibler", "mutual_information"]
+    found = {}
+    for kind in ("whole", "split"):
+        subject = halves(kind)
+        views = around(subject.centre, 3, sphere.icosphere(1)[0])
+        found[kind] = survey(subject, views, Orthographic(1.2), Rays(side=700), names, background=False)
+    assert found["split"]["entropy"] == pytest.approx(found["whole"]["entropy"] + 1, abs=1e-3)
+    assert found["split"]["kullback_leibler"] == pytest.approx(found["whole"]["kullback_leibler"], abs=1e-3)
+    assert found["split"]["mutual_information"] == pytest.approx(found["whole"]["mutual_information"], abs=1e-3)
+
+
+def test_a_fine_sphere_has_the_known_values():
+    points, faces = sphere.icosphere(3)
+    subject = open_subject(mesh_scene(points, faces))
+    names = ["entropy", "kullback_leibler", "visibility_ratio", "visible"]
+    views = around(np.zeros(3), 3, sphere.evenly(5))
+    found = survey(subject, views, Orthographic(1.01), Rays(side=1500), names, background=False)
+    assert found["entropy"] == pytest.approx(np.full(5, np.log2(1280) - 1.27865), abs=0.01)
+    assert found["kullback_leibler"] == pytest.approx(np.full(5, 1.27865), abs=0.01)
+    assert found["visibility_ratio"] == pytest.approx(np.full(5, 0.5), abs=0.03)
+    inside = survey(subject, at(np.zeros((1, 3))), WholeSphere(), Rays(side=800), ["entropy"], background=False)
+    assert inside["entropy"] == pytest.approx(np.log2(1280), abs=0.01)
+
+
+def test_convex_bodies_make_mutual_information_the_divergence_from_true_area():
+    subject = halves("whole")
+    views = around(np.zeros(3), 3, sphere.evenly(500))
+    names = ["kullback_leibler", "mutual_information"]
+    found = survey(subject, views, Orthographic(1.2), Rays(side=128), names)
+    assert found["kullback_leibler"] == pytest.approx(found["mutual_information"], abs=5e-3)
+
+
+def test_a_view_that_sees_nothing_is_the_worst_and_no_number_is_missing(subject):
+    views = at(np.array([[0.0, 0.0, 50.0]]))
+    away = item_buffer.Viewpoints(views.eyes, -views.forward, views.right, views.up)
+    beside = [np.array([], np.int64)]
+    found = survey(subject, away, Perspective(10), RAYS, measures.names(), beside=beside)
+    assert not any(np.isnan(values).any() for values in found.values())
+    assert found["entropy"] == 0
+    assert found["viewpoint_complexity"] == 0
+    assert found["kullback_leibler"] == np.inf
+
+
+def test_what_a_measure_needs_and_is_not_there(subject):
+    views = around(subject.centre, 5, DIRECTIONS[:2])
+    with pytest.raises(SettingsError, match="Unknown measure 'beauty'; choose one of curvature_entropy, "):
+        survey(subject, views, Perspective(19), RAYS, ["beauty"])
+    with pytest.raises(SettingsError, match="as an image"):
+        survey(subject, views, WholeSphere(), RAYS, ["maximum_depth"])
+    with pytest.raises(SettingsError, match="as an image"):
+        survey(subject, views, Perspective(19), Rays(random=10), ["silhouette_length"])
+    with pytest.raises(SettingsError, match="those beside it"):
+        survey(subject, views, Perspective(19), RAYS, ["instability"])
+    ball = open_subject(mi.load_dict({"type": "scene", "ball": {"type": "sphere"}}))
+    with pytest.raises(SettingsError, match="need a mesh"):
+        survey(ball, views, Perspective(19), RAYS, ["curvature_entropy"])
+
+
+def test_progress_counts_both_passes(subject):
+    told = []
+    views = around(subject.centre, 5, DIRECTIONS[:8])
+    names = ["entropy", "mutual_information"]
+    survey(subject, views, Perspective(19), RAYS, names, progress=lambda done, total: told.append((done, total)))
+    assert told[-1] == (16, 16)
+    assert told == sorted(told)

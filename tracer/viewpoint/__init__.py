@@ -1,0 +1,1 @@
+"""What is seen from where: item buffer, measures of views, best view, tour, view set, molecules."""

@@ -1,0 +1,115 @@
+"""What all views have in common: the information channel between viewpoints V and surfaces Z.
+
+With a_z(v) the projected area of z from v: p(v) = a_t(v) / sum a_t, p(z|v) = a_z(v) / a_t(v), p(z) = sum_v p(v) p(z|v),
+p(v|z) = a_z(v) / sum_v a_z(v). M. Feixas, M. Sbert and F. Gonzalez, "A unified information-theoretic framework for
+viewpoint selection and mesh saliency", ACM Transactions on Applied Perception 6(1), 2009. Only sums over views are
+kept, so memory does not grow with their number.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer import complexity
+from tracer.viewpoint.subject import Mesh
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+def times_log(values: NDArray) -> Floats:
+    """Return x log2 x, 0 at 0."""
+    values = np.asarray(values, np.float64)
+    return values * np.log2(values, out=np.zeros_like(values), where=values > 0)
+
+
+@dataclass
+class Channel:
+    """Sums over views: of areas, and of a log2 a."""
+
+    sums: Floats
+    """(Z,): sum over views of a_z."""
+    sums_of_logs: Floats
+    """(Z,): sum over views of a_z log2 a_z."""
+    totals: list[float]
+    """a_t of every view."""
+    pairs: Integers
+    """(E, 2): surfaces that share an edge; none unless saliency is asked for."""
+    pair_logs: Floats
+    """(E,): sum over views of (a_y + a_z) log2 (a_y + a_z)."""
+
+    def add(self, areas: NDArray) -> None:
+        """Add the projected areas (B, Z) of some views."""
+        for one in areas.astype(np.float64):
+            self.sums += one
+            self.sums_of_logs += times_log(one)
+            self.totals.append(float(one.sum()))
+            if len(self.pairs):
+                self.pair_logs += times_log(one[self.pairs[:, 0]] + one[self.pairs[:, 1]])
+
+    @cached_property
+    def surface_shares(self) -> Floats:
+        """(Z,): p(z)."""
+        return complexity.probabilities(self.sums)
+
+    @cached_property
+    def surface_entropy(self) -> float:
+        """H(Z) in bits."""
+        return float(complexity.entropy(self.sums))
+
+    @cached_property
+    def view_entropy(self) -> float:
+        """H(V) in bits."""
+        return float(complexity.entropy(np.array(self.totals)))
+
+    @cached_property
+    def entropy_of_views(self) -> Floats:
+        """(Z,): H(V|z) in bits, log2 S - (1/S) sum a log2 a with S = sum a; 0 for a surface that no view sees."""
+        return mean_logs(self.sums, self.sums_of_logs)
+
+    @cached_property
+    def saliency(self) -> Floats:
+        """(Z,): how differently from its neighbours a surface is seen, in bits, 0 to 1.
+
+        S(z): mean over surfaces y that share an edge with z of the Jensen-Shannon divergence of p(V|z) and p(V|y),
+        weighted by p(z) and p(y) (Feixas and others, equation 21). 0 without neighbours.
+        """
+        if not len(self.pairs):
+            return np.zeros_like(self.sums)
+        y, z = self.pairs.T
+        both = self.sums[y] + self.sums[z]
+        own = self.sums[y] * self.entropy_of_views[y] + self.sums[z] * self.entropy_of_views[z]
+        mean_own = np.divide(own, both, out=np.zeros_like(own), where=both > 0)
+        divergence = np.maximum(mean_logs(both, self.pair_logs) - mean_own, 0.0)
+        count = np.bincount(self.pairs.ravel(), minlength=len(self.sums))
+        total = np.bincount(self.pairs.ravel(), np.repeat(divergence, 2), len(self.sums))
+        return total / np.maximum(count, 1)
+
+
+def mean_logs(sums: Floats, logs: Floats) -> Floats:
+    """Return log2 S - L / S, 0 where S is 0."""
+    seen = sums > 0
+    safe = np.where(seen, sums, 1.0)
+    return np.where(seen, np.maximum(np.log2(safe) - logs / safe, 0.0), 0.0)
+
+
+def new_channel(surfaces: int, pairs: Integers | None = None) -> Channel:
+    """Return a channel that has seen nothing yet; ``pairs`` (E, 2): surfaces whose saliency is compared."""
+    pairs = np.zeros((0, 2), np.int64) if pairs is None else pairs
+    return Channel(np.zeros(surfaces), np.zeros(surfaces), [], pairs, np.zeros(len(pairs)))
+
+
+def adjacent(mesh: Mesh) -> Integers:
+    """Return the pairs (E, 2) of different surfaces whose triangles share an edge, each once."""
+    corners = mesh.joined
+    edges = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
+    owner = np.repeat(mesh.surface, 3)
+    order = np.lexsort((edges[:, 1], edges[:, 0]))
+    edges, owner = edges[order], owner[order]
+    same = np.all(edges[1:] == edges[:-1], axis=1) & (owner[1:] != owner[:-1])
+    pairs = np.sort(np.stack([owner[:-1][same], owner[1:][same]], axis=-1), axis=1)
+    return np.unique(pairs, axis=0).astype(np.int64).reshape(-1, 2)

@@ -1,0 +1,106 @@
+"""How rays leave a viewpoint: through an image, with parallel rays or from a point, or into all directions.
+
+A lens maps a square [0, 1)^2 to rays. Each ray stands for a part of the *image*: of its area (parallel rays) or of the
+solid angle that it covers (from a point), so that what is seen is measured the same at the edge and in the middle.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+
+class Lens(ABC):
+    """Rays of one viewpoint, in its own frame: x right, y up, z backwards."""
+
+    @abstractmethod
+    def ray(self, u: Any, v: Any) -> tuple[Any, Any, Any]:
+        """Return (origin, unit direction, weight) for places (mi.Float) in the square; v goes down.
+
+        The weight is the derivative of the area of the image by that of the square: its mean is ``image_area``.
+        """
+
+    @property
+    @abstractmethod
+    def image_area(self) -> float:
+        """Area of the image: in squared units of length for parallel rays, else steradians."""
+
+    wraps = False
+    """Whether the left edge of the square is also its right one."""
+
+    @property
+    def most(self) -> float:
+        """The largest weight of a ray."""
+        return self.image_area
+
+
+@dataclass(frozen=True)
+class Orthographic(Lens):
+    """Parallel rays through a square window of ``2 reach`` a side."""
+
+    reach: float
+
+    def ray(self, u: Any, v: Any) -> tuple[Any, Any, Any]:
+        """See ``Lens.ray``."""
+        reach = dr.opaque(mi.Float, self.reach)
+        origin = mi.Point3f((2 * u - 1) * reach, (1 - 2 * v) * reach, 0)
+        return origin, mi.Vector3f(0, 0, -1), 4 * dr.square(reach)
+
+    @property
+    def image_area(self) -> float:
+        """See ``Lens.image_area``."""
+        return 4 * self.reach**2
+
+
+@dataclass(frozen=True)
+class Perspective(Lens):
+    """A pinhole with a square image, ``field_of_view`` degrees wide."""
+
+    field_of_view: float
+
+    @property
+    def reach(self) -> float:
+        """Half the side of the image at distance 1."""
+        return float(np.tan(np.radians(self.field_of_view) / 2))
+
+    def ray(self, u: Any, v: Any) -> tuple[Any, Any, Any]:
+        """See ``Lens.ray``: a pixel at angle t from the axis covers cos^3 t of the solid angle of one in the middle."""
+        reach = dr.opaque(mi.Float, self.reach)
+        x, y = (2 * u - 1) * reach, (1 - 2 * v) * reach
+        cosine = dr.rsqrt(1 + dr.square(x) + dr.square(y))
+        return mi.Point3f(0), mi.Vector3f(x, y, -1) * cosine, 4 * dr.square(reach) * cosine * dr.square(cosine)
+
+    @property
+    def image_area(self) -> float:
+        """See ``Lens.image_area``: the solid angle of a square pyramid."""
+        side = self.reach**2
+        return float(4 * np.arcsin(side / (1 + side)))
+
+    @property
+    def most(self) -> float:
+        """See ``Lens.most``: in the middle."""
+        return 4 * self.reach**2
+
+
+@dataclass(frozen=True)
+class WholeSphere(Lens):
+    """All directions, each as likely: z is uniform (Archimedes)."""
+
+    wraps = True
+
+    def ray(self, u: Any, v: Any) -> tuple[Any, Any, Any]:
+        """See ``Lens.ray``."""
+        z = 1 - 2 * v
+        radius = dr.safe_sqrt(1 - dr.square(z))
+        sine, cosine = dr.sincos(2 * np.pi * u)
+        return mi.Point3f(0), mi.Vector3f(radius * cosine, radius * sine, z), dr.opaque(mi.Float, 4 * np.pi)
+
+    @property
+    def image_area(self) -> float:
+        """See ``Lens.image_area``."""
+        return 4 * np.pi

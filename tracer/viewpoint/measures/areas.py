@@ -1,0 +1,62 @@
+"""Measures of projected areas alone."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tracer import complexity
+from tracer.viewpoint.measures.registry import measure
+from tracer.viewpoint.sight import Sight
+
+
+@measure("visible", "most")
+def visible(sight: Sight) -> float:
+    """Return how many surfaces are seen."""
+    return float(len(sight.surfaces))
+
+
+@measure("projected_area", "most")
+def projected_area(sight: Sight) -> float:
+    """Return a_t as a share of the image, 0 to 1."""
+    return sight.total / sight.image_area
+
+
+@measure("viewpoint_complexity", "most")
+def viewpoint_complexity(sight: Sight) -> float:
+    """Return C(V) of the paper (section 3.1), 0 to 2: the share of surfaces that are seen, and that of the image."""
+    return float(complexity.viewpoint_complexity(sight.projected, sight.subject.count, sight.image_area))
+
+
+@measure("visibility_ratio", "most")
+def visibility_ratio(sight: Sight) -> float:
+    """Return the true area of the surfaces that are seen as a share of all."""
+    whole = float(sight.subject.areas.sum())
+    return float(sight.subject.areas[sight.surfaces].sum()) / whole if whole > 0 else 0.0
+
+
+@measure("entropy", "most")
+def entropy(sight: Sight) -> float:
+    """Return the viewpoint entropy H in bits (the paper, section 3.1); the background is a surface if it counts."""
+    areas = sight.projected
+    if sight.background:
+        areas = np.append(areas, max(sight.image_area - sight.total, 0.0))
+    return float(complexity.entropy(areas))
+
+
+@measure("kullback_leibler", "least")
+def kullback_leibler(sight: Sight) -> float:
+    """Return the divergence of p(z|v) from the shares of true area in bits: 0 if all is seen in proportion.
+
+    M. Sbert, D. Plemenos, M. Feixas and F. Gonzalez, "Viewpoint quality: measures and applications", CAe 2005.
+    Where nothing is seen it is infinite.
+    """
+    return divergence(sight, sight.subject.areas)
+
+
+def divergence(sight: Sight, expected: np.ndarray) -> float:
+    """Return sum p(z|v) log2(p(z|v) / q(z)) in bits, q ~ ``expected`` (Z,); infinite where nothing is seen."""
+    if not len(sight.surfaces):
+        return float("inf")
+    q = expected[sight.surfaces] / expected.sum()
+    p = sight.shares
+    return max(float(np.sum(p * np.log2(p / np.maximum(q, 1e-300)))), 0.0)

@@ -1,0 +1,63 @@
+"""Measures of the silhouette: the outlines of what is seen, holes included, as chains of steps between pixels.
+
+Steps go through the middles of pixel edges and turn by multiples of 45 degrees.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer import complexity
+from tracer.viewpoint.measures.registry import measure
+from tracer.viewpoint.sight import Sight
+
+Floats = NDArray[np.float64]
+
+
+def outlines(sight: Sight) -> list[Floats]:
+    """Return the steps (N, 2) of every closed outline, in pixels."""
+    from skimage.measure import find_contours
+
+    assert sight.picture is not None
+    mask = np.pad(sight.picture.hit, 1).astype(np.float32)
+    return [np.diff(contour, axis=0) for contour in find_contours(mask, 0.5)]
+
+
+def turns(sight: Sight) -> Floats:
+    """Return all angles between a step and the next one in radians, -pi to pi."""
+    found = [np.zeros(0)]
+    for steps in outlines(sight):
+        heading = np.arctan2(steps[:, 0], steps[:, 1])
+        turn = np.diff(heading, append=heading[:1])
+        found.append((turn + np.pi) % (2 * np.pi) - np.pi)
+    return np.concatenate(found)
+
+
+@measure("silhouette_length", "most", "picture")
+def silhouette_length(sight: Sight) -> float:
+    """Return the length of all outlines as a multiple of the image's side."""
+    assert sight.picture is not None
+    length = sum(float(np.linalg.norm(steps, axis=1).sum()) for steps in outlines(sight))
+    return length / sight.picture.hit.shape[0]
+
+
+@measure("silhouette_entropy", "most", "picture")
+def silhouette_entropy(sight: Sight) -> float:
+    """Return the entropy in bits of the turns, in classes of 45 degrees."""
+    found = turns(sight)
+    return float(complexity.entropy(np.bincount(np.rint(found / (np.pi / 4)).astype(int) % 8, minlength=8)))
+
+
+@measure("silhouette_curvature", "most", "picture")
+def silhouette_curvature(sight: Sight) -> float:
+    """Return the mean turn over a right angle; 0 where nothing is seen."""
+    found = turns(sight)
+    return float(np.mean(np.abs(found) / (np.pi / 2))) if len(found) else 0.0
+
+
+@measure("silhouette_curvature_extrema", "most", "picture")
+def silhouette_curvature_extrema(sight: Sight) -> float:
+    """Return the mean square of the turn over a right angle; 0 where nothing is seen."""
+    found = turns(sight)
+    return float(np.mean((found / (np.pi / 2)) ** 2)) if len(found) else 0.0

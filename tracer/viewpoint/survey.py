@@ -1,0 +1,133 @@
+"""Measure views: all measures that are asked for, of all viewpoints, in one pass or two.
+
+Measures that compare a view with all others need sums over all views first, so the rays are traced twice: to keep what
+every view sees would take memory that grows with their number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer.errors import SettingsError
+from tracer.viewpoint import measures
+from tracer.viewpoint.channel import Channel, adjacent, new_channel
+from tracer.viewpoint.item_buffer import Batch, Rays, Viewpoints, projected_areas
+from tracer.viewpoint.lens import Lens
+from tracer.viewpoint.sight import Picture, Sight, sight_of
+from tracer.viewpoint.subject import Subject
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+ProgressCallback = Callable[[int, int], None]
+"""Called with the views that are done and all there are, those of a first pass counted too. May raise to stop."""
+
+
+def survey(
+    subject: Subject,
+    viewpoints: Viewpoints,
+    lens: Lens,
+    rays: Rays,
+    names: Sequence[str],
+    *,
+    background: bool = True,
+    beside: Sequence[Integers] | None = None,
+    progress: ProgressCallback | None = None,
+) -> dict[str, Floats]:
+    """Return the value of each measure for each viewpoint, (V,) by name.
+
+    ``beside``: for each viewpoint the numbers of those beside it, for measures that compare them. Raises SettingsError
+    for a measure that does not exist, or needs what is not there.
+    """
+    wanted = [measures.get(name) for name in names]
+    needs: set[str] = {need for one in wanted for need in one.needs}
+    check(needs, subject, lens, rays, beside)
+    # Views beside one another are kept until both are measured: from top to bottom only a belt of them is.
+    order = np.argsort(-viewpoints.eyes[:, 2], kind="stable") if "neighbours" in needs else np.arange(len(viewpoints))
+    views = viewpoints[order]
+    passes = 2 if "channel" in needs else 1
+    told = progress or (lambda done, total: None)
+    channel = None
+    if "channel" in needs:
+        channel = new_channel(subject.count, adjacent(subject.mesh) if "saliency" in needs else None)
+        for batch in projected_areas(subject, views, lens, rays):
+            channel.add(batch.areas)
+            told(batch.first + len(batch.areas), passes * len(views))
+    values = {one.name: np.zeros(len(views)) for one in wanted}
+    batches = projected_areas(subject, views, lens, rays, pictures="picture" in needs)
+    sights = see(subject, views, lens, batches, background, channel)
+    if "neighbours" in needs and beside is not None:
+        sights = with_neighbours(sights, order, beside)
+    for done, (number, sight) in enumerate(sights):
+        for one in wanted:
+            values[one.name][order[number]] = one.value(sight)
+        told((passes - 1) * len(views) + done + 1, passes * len(views))
+    return values
+
+
+def check(needs: set[str], subject: Subject, lens: Lens, rays: Rays, beside: Sequence[Integers] | None) -> None:
+    """Raise SettingsError if measures need what is not there."""
+    if "picture" in needs and (rays.random or lens.wraps):
+        raise SettingsError(
+            "Silhouettes and depth need the view as an image: use a dense grid of rays, and a lens other than the "
+            "whole sphere."
+        )
+    if {"mesh", "saliency"} & needs and not len(subject.mesh.triangles):
+        raise SettingsError("Curvature and saliency need a mesh, and the scene has none; use another measure.")
+    if "neighbours" in needs and beside is None:
+        raise SettingsError("Stability compares a view with those beside it: measure it on a sphere of viewpoints.")
+
+
+def see(
+    subject: Subject,
+    views: Viewpoints,
+    lens: Lens,
+    batches: Iterator[Batch],
+    background: bool,
+    channel: Channel | None,
+) -> Iterator[tuple[int, Sight]]:
+    """Yield the number and the sight of every view."""
+    for batch in batches:
+        for k, areas in enumerate(batch.areas):
+            sight = replace(sight_of(subject, areas, lens.image_area, background), channel=channel)
+            if batch.depth is not None:
+                view = views[batch.first + k : batch.first + k + 1]
+                sight = replace(sight, picture=picture_of(subject, view, batch.depth[k]))
+            yield batch.first + k, sight
+
+
+def picture_of(subject: Subject, view: Viewpoints, depth: NDArray[np.float32]) -> Picture:
+    """Return a view as an image, its depth in units of the sphere around the subject."""
+    middle = float(np.sum((subject.centre - view.eyes[0]) * view.forward[0]))
+    near = max(middle - subject.radius, 0.0)
+    hit = np.isfinite(depth)
+    scaled = (depth - near) / max(middle + subject.radius - near, 1e-30)
+    return Picture(hit, np.where(hit, scaled, np.nan).astype(np.float32))
+
+
+def with_neighbours(
+    sights: Iterator[tuple[int, Sight]], order: Integers, beside: Sequence[Integers]
+) -> Iterator[tuple[int, Sight]]:
+    """Yield views as soon as all those beside them are seen, and forget those that no other waits for."""
+    place = np.empty(len(order), np.int64)
+    place[order] = np.arange(len(order))
+    near = [place[beside[number]] for number in order]
+    waiting = {number: len(each) for number, each in enumerate(near)}
+    kept: dict[int, Sight] = {}
+    seen = -1
+    last = [max([number, *each]) for number, each in enumerate(near)]
+    ready = sorted(range(len(order)), key=lambda number: last[number])
+    following = iter(ready)
+    upcoming = next(following, None)
+    for number, sight in sights:
+        kept[number], seen = sight, number
+        while upcoming is not None and last[upcoming] <= seen:
+            yield upcoming, replace(kept[upcoming], neighbours=[kept[other] for other in near[upcoming]])
+            for other in (upcoming, *near[upcoming]):
+                waiting[other] -= 1
+                if waiting[other] < 0:
+                    del kept[other]
+            upcoming = next(following, None)
