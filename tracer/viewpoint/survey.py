@@ -35,12 +35,14 @@ def survey(
     *,
     background: bool = True,
     beside: Sequence[Integers] | None = None,
+    channel: Channel | None = None,
     progress: ProgressCallback | None = None,
 ) -> dict[str, Floats]:
     """Return the value of each measure for each viewpoint, (V,) by name.
 
-    ``beside``: for each viewpoint the numbers of those beside it, for measures that compare them. Raises SettingsError
-    for a measure that does not exist, or needs what is not there.
+    ``beside``: for each viewpoint the numbers of those beside it, and they have its number, for measures that compare
+    them. ``channel``: of other viewpoints, to compare with those instead of with one another. Raises SettingsError for
+    a measure that does not exist, or needs what is not there.
     """
     wanted = [measures.get(name) for name in names]
     needs: set[str] = {need for one in wanted for need in one.needs}
@@ -48,14 +50,10 @@ def survey(
     # Views beside one another are kept until both are measured: from top to bottom only a belt of them is.
     order = np.argsort(-viewpoints.eyes[:, 2], kind="stable") if "neighbours" in needs else np.arange(len(viewpoints))
     views = viewpoints[order]
-    passes = 2 if "channel" in needs else 1
+    passes = 2 if "channel" in needs and channel is None else 1
     told = progress or (lambda done, total: None)
-    channel = None
-    if "channel" in needs:
-        channel = new_channel(subject.count, adjacent(subject.mesh) if "saliency" in needs else None)
-        for batch in projected_areas(subject, views, lens, rays):
-            channel.add(batch.areas)
-            told(batch.first + len(batch.areas), passes * len(views))
+    if passes == 2:
+        channel = sum_up(subject, views, lens, rays, "saliency" in needs, lambda done: told(done, 2 * len(views)))
     values = {one.name: np.zeros(len(views)) for one in wanted}
     batches = projected_areas(subject, views, lens, rays, pictures="picture" in needs)
     sights = see(subject, views, lens, batches, background, channel)
@@ -66,6 +64,22 @@ def survey(
             values[one.name][order[number]] = one.value(sight)
         told((passes - 1) * len(views) + done + 1, passes * len(views))
     return values
+
+
+def sum_up(
+    subject: Subject,
+    viewpoints: Viewpoints,
+    lens: Lens,
+    rays: Rays,
+    saliency: bool,
+    told: Callable[[int], None] = lambda done: None,
+) -> Channel:
+    """Return the channel between viewpoints and surfaces; ``saliency``: with sums of pairs of surfaces."""
+    channel = new_channel(subject.count, adjacent(subject.mesh) if saliency else None)
+    for batch in projected_areas(subject, viewpoints, lens, rays):
+        channel.add(batch.areas)
+        told(batch.first + len(batch.areas))
+    return channel
 
 
 def check(needs: set[str], subject: Subject, lens: Lens, rays: Rays, beside: Sequence[Integers] | None) -> None:
