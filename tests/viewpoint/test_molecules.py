@@ -1,0 +1,146 @@
+"""Atoms from files and from lattices, and the views that chemists know."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tracer.errors import SceneError, SettingsError
+from tracer.viewpoint import sphere
+from tracer.viewpoint.gauge import Gauge, stand
+from tracer.viewpoint.item_buffer import Rays, around
+from tracer.viewpoint.lens import Orthographic
+from tracer.viewpoint.molecules import Atoms, ball, open_molecule, read_atoms, repeat, zone_axes
+from tracer.viewpoint.search import exhaustive_search
+from tracer.viewpoint.survey import survey
+
+SHARED = Path(__file__).parents[3] / "shared" / "molecules"
+CUT = 7.0
+
+
+def diamond():
+    """Return a ball of 264 atoms around the middle of a bond."""
+    a = 3.567
+    corners = np.array([[0, 0, 0], [0, 2, 2], [2, 0, 2], [2, 2, 0]]) / 4
+    positions = np.concatenate([corners, corners + 0.25]) * a
+    return ball(Atoms(["C"] * 8, positions, a * np.eye(3)), CUT, np.full(3, a / 8))
+
+
+def graphite():
+    """Return a ball of 166 atoms around the middle between two atoms of neighbouring layers."""
+    a, c = 2.461, 6.708
+    cell = np.array([[a, 0, 0], [-a / 2, a * 3**0.5 / 2, 0], [0, 0, c]])
+    basis = np.array([[0, 0, 0], [1 / 3, 2 / 3, 0], [0, 0, 0.5], [2 / 3, 1 / 3, 0.5]])
+    return ball(Atoms(["C"] * 4, basis @ cell, cell), CUT, [0, 0, c / 4])
+
+
+def entropies(atoms, radius, directions, side=160):
+    subject = open_molecule(atoms, radius)
+    middle = atoms.positions.mean(axis=0)
+    reach = np.linalg.norm(atoms.positions - middle, axis=1).max() + radius + 0.1
+    views = around(middle, 50, sphere.normalised(directions))
+    return survey(subject, views, Orthographic(reach), Rays(side=side), ["entropy"])["entropy"]
+
+
+@pytest.mark.parametrize(
+    ("radius", "expected"), [(0.25, [0.757, 0.924, 1.009, 1.282]), (0.77, [3.862, 4.942, 5.017, 4.961])]
+)
+def test_diamond_along_its_axes(radius, expected):
+    atoms = diamond()
+    assert len(atoms) == 264
+    found = entropies(atoms, radius, [[1, 1, 0], [1, 1, 1], [1, 0, 0], [1, 1, 2]])
+    assert found == pytest.approx(expected, abs=0.02)
+    assert found[0] < found[1] < found[2]
+
+
+@pytest.mark.parametrize(("radius", "expected"), [(0.25, [0.417, 0.506, 0.977]), (0.77, [2.189, 2.377, 5.037])])
+def test_graphite_along_its_layers(radius, expected):
+    atoms = graphite()
+    assert len(atoms) == 166
+    # Bonds are along the long diagonal of the cell (armchair), rows of cells along its sides (zigzag).
+    found = entropies(atoms, radius, [[0, 1, 0], [1, 0, 0], [0, 0, 1]])
+    assert found == pytest.approx(expected, abs=0.02)
+    assert found[0] < found[1] < found[2]
+
+
+@pytest.mark.parametrize(("make", "best"), [(diamond, [[1, 1, 0]]), (graphite, [[0, 1, 0]])])
+def test_the_narrow_minimum_is_found(make, best):
+    atoms = make()
+    known = entropies(atoms, 0.77, best)[0]
+    subject = open_molecule(atoms, 0.77)
+    gauge = Gauge(subject, stand(subject, orthographic=True), Rays(side=160), "entropy")
+    found = exhaustive_search(lambda directions: -gauge(directions), level=2, also=zone_axes(atoms))
+    again = entropies(atoms, 0.77, found.direction[None])[0]
+    assert again <= known + 0.02
+
+
+def test_zone_axes_of_a_lattice():
+    axes = zone_axes(Atoms(["C"], np.zeros((1, 3)), np.diag([1.0, 2.0, 3.0])), most=1)
+    assert np.linalg.norm(axes, axis=1) == pytest.approx(1)
+    along = np.abs(axes @ sphere.normalised([[1, 0, 0], [1, 2, 0], [1, 2, 3]]).T).max(axis=0)
+    assert along == pytest.approx(1)
+
+
+def test_a_crystal_repeats_and_a_molecule_does_not():
+    salt = Atoms(["Na", "Cl"], np.array([[0, 0, 0], [2.8, 0, 0]]), 5.6 * np.eye(3))
+    twice = repeat(salt, (2, 1, 3))
+    assert len(twice) == 12
+    assert twice.cell == pytest.approx(np.diag([11.2, 5.6, 16.8]))
+    assert sorted(set(twice.positions[:, 0].round(3))) == [0, 2.8, 5.6, 8.4]
+    with pytest.raises(SettingsError, match="no cell"):
+        repeat(Atoms(["H"], np.zeros((1, 3))), (2, 2, 2))
+    with pytest.raises(SettingsError, match="at least once"):
+        repeat(salt, (0, 1, 1))
+    with pytest.raises(SettingsError, match="No atom lies within"):
+        ball(Atoms(["H"], np.zeros((1, 3))), 1, [5, 0, 0])
+
+
+def test_the_ball_of_a_skewed_cell_is_whole():
+    atoms = Atoms(["C"], np.zeros((1, 3)), np.array([[1, 0, 0], [3.5, 1, 0], [0, 2.5, 1]]))  # a cubic lattice, sheared
+    found = ball(atoms, 3.0, [0, 0, 0])
+    n = np.arange(-3, 4)
+    x, y, z = np.meshgrid(n, n, n)
+    shift = np.stack([x, y, z], -1).reshape(-1, 3).astype(float)
+    indices = np.stack(np.meshgrid(*[np.arange(-40, 41)] * 3), -1).reshape(-1, 3)
+    expected = np.count_nonzero(np.linalg.norm(indices @ atoms.cell, axis=1) <= 3)
+    assert len(found) == expected
+    assert len(shift) == 343
+
+
+def test_files(tmp_path):
+    (tmp_path / "water.xyz").write_text("3\nwater\nO 0 0 0\nH 0.76 0.59 0\nH -0.76 0.59 0\n")
+    water = read_atoms(tmp_path / "water.xyz")
+    assert (water.symbols, water.cell) == (["O", "H", "H"], None)
+    (tmp_path / "carbon.cml").write_text('<m xmlns="x"><atom id="a" elementType="C" x3="1" y3="2" z3="3"/></m>')
+    assert read_atoms(tmp_path / "carbon.cml").positions.tolist() == [[1, 2, 3]]
+    line = "ATOM      2  CA {}PRO A   1      30.307  38.663   5.319  1.00 40.62"
+    (tmp_path / "one.pdb").write_text("\n".join([line.format(" "), line.format("B"), "ENDMDL", line.format(" ")]))
+    alpha = read_atoms(tmp_path / "one.pdb")
+    assert (alpha.symbols, alpha.positions.tolist()) == (["C"], [[30.307, 38.663, 5.319]])
+
+
+@pytest.mark.skipif(not SHARED.is_dir(), reason="the public molecules are not here")
+@pytest.mark.parametrize(
+    ("name", "count", "repeats"),
+    [("C60-buckminsterfullerene.cml", 60, False), ("C-Graphite.cif", 4, True), ("1hpv.pdb", 1631, False)],
+)
+def test_public_files(name, count, repeats):
+    atoms = read_atoms(SHARED / name)
+    assert len(atoms) == count
+    assert (atoms.cell is not None) == repeats
+    assert set(atoms.symbols) <= {"C", "N", "O", "S", "H"}
+
+
+def test_what_is_no_molecule(tmp_path):
+    with pytest.raises(SceneError, match="no molecule file"):
+        read_atoms(tmp_path / "none.xyz")
+    for name, text in (("a.xyz", "0\n\n"), ("b.cml", "<m/>"), ("c.pdb", "END\n")):
+        (tmp_path / name).write_text(text)
+        with pytest.raises(SceneError, match=r"has no atoms|cannot|not a molecule"):
+            read_atoms(tmp_path / name)
+    for name in ("d.xyz", "e.cif", "f.cml", "g.pdb"):
+        (tmp_path / name).write_text("ATOM  hello world\n")
+        with pytest.raises(SceneError, match=r"not a molecule|no atoms"):
+            read_atoms(tmp_path / name)
+    with pytest.raises(SettingsError, match="positive"):
+        open_molecule(Atoms(["C"], np.zeros((1, 3))), -1.0)
