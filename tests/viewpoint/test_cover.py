@@ -1,0 +1,96 @@
+"""View sets: complete, small, and honest about what cannot be seen."""
+
+import itertools
+
+import mitsuba as mi
+import numpy as np
+import pytest
+
+from tracer.viewpoint import cover as module
+from tracer.viewpoint import sphere
+from tracer.viewpoint.cover import cover
+from tracer.viewpoint.item_buffer import Rays, around, projected_areas
+from tracer.viewpoint.lens import Orthographic
+from tracer.viewpoint.subject import open_subject
+
+RAYS = Rays(side=96)
+CORNERS = sphere.normalised(list(itertools.product((-1.0, 1.0), repeat=3)))
+DIRECTIONS = np.concatenate([np.eye(3), -np.eye(3), sphere.icosphere(1)[0], CORNERS])
+
+
+@pytest.fixture
+def cube(quads):
+    subject = open_subject(quads, "shape")
+    return subject, around(subject.centre, 3, DIRECTIONS), Orthographic(1)
+
+
+@pytest.mark.parametrize("rule", ["entropy", "area"])
+def test_a_cube_needs_two_views_of_corners(cube, rule):
+    found = cover(*cube, RAYS, quality=0.5, rule=rule)
+    assert len(found.chosen) == 2
+    assert found.covered[-1] == pytest.approx(1)
+    assert np.dot(*DIRECTIONS[found.chosen]) < -0.3  # opposite corners
+    assert len(found.unseen) == 0
+
+
+def test_six_views_if_each_face_must_be_seen_from_its_front(cube):
+    found = cover(*cube, RAYS, quality=0.999)
+    assert sorted(found.chosen) == list(range(6))
+
+
+@pytest.mark.parametrize("quality", [0.2, 0.5, 0.8])
+@pytest.mark.parametrize("rule", ["entropy", "area"])
+def test_all_that_is_visible_is_shown_well(quality, rule, triangles):
+    subject = open_subject(triangles)
+    views, lens = around(subject.centre, 3, sphere.icosphere(1)[0]), Orthographic(1)
+    areas = np.concatenate([batch.areas for batch in projected_areas(subject, views, lens, RAYS)])
+    shows = (areas >= quality * areas.max(axis=0)) & (areas > 0)
+    found = cover(subject, views, lens, RAYS, quality, rule)
+    assert np.all(shows[found.chosen].any(axis=0))
+    for left_out in found.chosen:
+        assert not np.all(shows[[k for k in found.chosen if k != left_out]].any(axis=0))
+    sizes = range(1, len(found.chosen))
+    fewest = (
+        next(
+            (n for n in sizes if any(np.all(shows[list(c)].any(axis=0)) for c in itertools.combinations(range(42), n))),
+            len(found.chosen),
+        )
+        if len(found.chosen) <= 4
+        else 4
+    )
+    assert len(found.chosen) <= (1 + np.log(12)) * fewest
+
+
+def test_what_no_view_sees_is_reported():
+    small = mi.ScalarTransform4f().scale(0.3)
+    scene = {"type": "scene", "box": {"type": "cube"}, "hidden": {"type": "cube", "to_world": small}}
+    subject = open_subject(mi.load_dict(scene), "shape")
+    found = cover(subject, around(subject.centre, 5, DIRECTIONS), Orthographic(2), RAYS)
+    assert [subject.names[k] for k in found.unseen] == ["hidden"]
+    assert found.unseen_area == pytest.approx(0.09 / 1.09)
+    assert found.covered[-1] == pytest.approx(1)
+
+
+def test_it_can_end_early_and_says_how_far_it_is(cube):
+    told = []
+    found = cover(*cube, RAYS, quality=0.999, most=3, told=lambda views, covered: told.append((views, covered)))
+    assert len(found.chosen) == 3
+    assert found.covered == pytest.approx([1 / 6, 2 / 6, 3 / 6])
+    assert [views for views, _ in told] == [1, 2, 3]
+    assert [covered for _, covered in told] == pytest.approx(found.covered)
+
+
+def test_looking_again_finds_the_same(cube, monkeypatch):
+    first = cover(*cube, RAYS)
+    monkeypatch.setattr(module, "MOST_KEPT", 0)
+    again = cover(*cube, RAYS)
+    assert np.array_equal(first.chosen, again.chosen)
+    assert np.array_equal(first.covered, again.covered)
+
+
+def test_a_scene_that_no_view_sees(quads):
+    subject = open_subject(quads, "shape")
+    away = around(np.array([90.0, 0, 0]), 3, DIRECTIONS[[1, 3]])
+    found = cover(subject, away, Orthographic(1), RAYS)
+    assert len(found.chosen) == 0
+    assert found.unseen_area == pytest.approx(1)

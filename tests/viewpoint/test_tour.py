@@ -1,0 +1,84 @@
+"""The exploring camera."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tracer.viewpoint import sphere, tour
+from tracer.viewpoint.tour import carried, explore, smooth
+
+STEP = np.radians(6)
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def same(directions):
+    """Return the same goodness for all views."""
+    return np.ones(len(directions))
+
+
+def test_where_all_views_are_alike_it_goes_straight_and_keeps_its_weight():
+    found = explore(same, [1, 0, 0], 20, STEP)
+    assert sphere.angle(found.directions[:-1], found.directions[1:]) == pytest.approx(np.full(20, STEP))
+    assert sphere.angle(found.directions[0], found.directions[20]) == pytest.approx(20 * STEP)
+    assert found.weights == pytest.approx(np.ones(21))
+    assert found.length == pytest.approx(20 * STEP)
+
+
+def test_it_turns_rather_than_come_back():
+    found = explore(same, [1, 0, 0], 60, STEP)  # straight on it would be back
+    assert sphere.angle(found.directions[60], found.directions[0]) > 1
+    assert np.all(found.weights >= 0.5)
+
+
+def test_a_chord_is_shorter_than_its_arc():
+    found = explore(same, [1, 0, 0], 30, STEP, chord=True)
+    assert np.all(found.weights <= 1)
+    assert found.weights[-1] < 0.9
+
+
+@given(st.integers(0, 10000))
+def test_it_takes_the_best_of_three_smooth_ways(seed):
+    peaks = sphere.normalised(np.random.default_rng(seed).normal(size=(4, 3)))
+    asked = []
+
+    def value(directions):
+        asked.append(directions)
+        return np.exp(3 * (directions @ peaks.T)).sum(axis=-1)
+
+    found = explore(value, peaks[0], 25, STEP)
+    assert [len(each) for each in asked] == [1, 8] + [3] * 24
+    moves = sphere.normalised(np.diff(found.directions, axis=0))
+    assert sphere.angle(moves[:-1], moves[1:]).max() < tour.TURN + STEP + 1e-6
+    path = STEP * np.arange(1, 26)
+    far = sphere.angle(found.directions[1:], found.directions[0])
+    assert found.weights[1:] == pytest.approx(found.values[1:] / 2 * (1 + np.minimum(far / path, 1)))
+    for k in range(2, 26):
+        values = np.exp(3 * (asked[k] @ peaks.T)).sum(axis=-1)
+        others = values / 2 * (1 + np.minimum(sphere.angle(asked[k], found.directions[0]) / (k * STEP), 1))
+        assert found.weights[k] == pytest.approx(others.max())
+
+
+def test_it_moves_to_what_is_good():
+    best = sphere.normalised([1.0, 1.0, 1.0])
+    found = explore(lambda directions: 1 + directions @ best, [0, 0, -1], 15, STEP)
+    assert np.all(np.diff(found.values) > 0)
+
+
+def test_a_film_is_smooth_and_passes_through_all_places():
+    found = explore(same, [1, 0, 0], 10, STEP)
+    frames = smooth(found.directions, 101)
+    assert frames[::10] == pytest.approx(found.directions, abs=1e-9)
+    steps = sphere.angle(frames[:-1], frames[1:])
+    assert steps.max() < 1.1 * steps.mean()
+    assert smooth(found.directions[:1], 3) == pytest.approx(np.repeat(found.directions[:1], 3, axis=0))
+
+
+def test_a_camera_that_passes_above_does_not_spin():
+    turn = np.linspace(-1, 1, 41)
+    directions = np.stack([np.sin(turn), 0 * turn + 1e-3, np.cos(turn)], axis=-1)
+    views = carried(np.zeros(3), 5, sphere.normalised(directions), UP)
+    assert sphere.angle(views.up[:-1], views.up[1:]).max() < 0.06
+    basis = np.stack([views.right, views.up, -views.forward], axis=1)
+    assert basis @ basis.transpose(0, 2, 1) == pytest.approx(np.broadcast_to(np.eye(3), (41, 3, 3)), abs=1e-9)
+    assert np.linalg.det(basis) == pytest.approx(1)

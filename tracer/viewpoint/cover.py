@@ -1,0 +1,146 @@
+"""The fewest views that show everything well enough, for modelling from images (the paper, section 4.3, is missing).
+
+P. Vazquez, M. Feixas, M. Sbert and W. Heidrich, "Automatic view selection using viewpoint entropy and its application
+to image-based modelling", Computer Graphics Forum 22(4), 2003: take the view of the largest entropy, count what it
+shows well as background from then on, and go on until nothing is left. At last, views that the others have made
+superfluous are dropped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer import complexity
+from tracer.viewpoint.item_buffer import Rays, Viewpoints, projected_areas
+from tracer.viewpoint.lens import Lens
+from tracer.viewpoint.subject import Subject
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+MOST_KEPT = 1 << 27
+"""Areas that are kept from the first look; of more, every round looks again."""
+Rule = Literal["entropy", "area"]
+
+
+@dataclass(frozen=True)
+class Cover:
+    """Chosen views and what they show."""
+
+    chosen: Integers
+    """(N,): numbers of the views, in the order of choice, without those that became superfluous."""
+    covered: Floats
+    """(N,): share of the true area of all that any view sees, shown well by the views up to this one."""
+    dropped: Integers
+    """Views that were chosen and became superfluous."""
+    unseen: Integers
+    """Surfaces that no view sees."""
+    unseen_area: float
+    """Their share of the whole true area."""
+
+
+def cover(
+    subject: Subject,
+    viewpoints: Viewpoints,
+    lens: Lens,
+    rays: Rays,
+    quality: float = 0.5,
+    rule: Rule = "entropy",
+    most: int | None = None,
+    told: Callable[[int, float], None] = lambda views, covered: None,
+) -> Cover:
+    """Return the views that show every visible surface well.
+
+    A surface is shown well by a view in which its projected area is at least ``quality`` (0 to 1] of the largest that
+    it has in any. ``rule``: choose by the entropy of what is not yet shown, or by the true area that would newly be.
+    ``most``: end after so many views. ``told``: called after each choice with the number of views and the share shown.
+    """
+    look = Look(subject, viewpoints, lens, rays)
+    best = np.zeros(subject.count, np.float32)
+    for _, areas in look:
+        np.maximum(best, areas, out=best)
+    visible = best > 0
+    weights = np.where(visible, np.maximum(subject.areas, 1e-300), 0.0)
+    missing = visible.copy()
+    chosen: list[int] = []
+    shown: list[NDArray[np.bool_]] = []
+    while missing.any() and len(chosen) != most:
+        record, pick, pick_shows = (-1.0, -1.0), -1, missing
+        for number, areas in look:
+            shows = (areas >= quality * best) & missing
+            if not shows.any():
+                continue
+            gain = float(weights[shows].sum())
+            worth = (worth_of(areas, missing, lens.image_area), gain) if rule == "entropy" else (gain, 0.0)
+            if worth > record:
+                record, pick, pick_shows = worth, number, shows
+        chosen.append(pick)
+        missing &= ~pick_shows
+        shown.append(look.row(pick) >= quality * best)
+        told(len(chosen), 1 - float(weights[missing].sum() / weights.sum()))
+    shown = [one & visible for one in shown]
+    kept, dropped = without_superfluous(shown, chosen)
+    running = np.zeros(subject.count, bool)
+    covered = []
+    for number in kept:
+        running |= shown[chosen.index(number)]
+        covered.append(float(weights[running].sum() / weights.sum()))
+    whole = float(subject.areas.sum())
+    unseen = np.flatnonzero(~visible)
+    return Cover(
+        np.array(kept, np.int64),
+        np.array(covered),
+        np.array(dropped, np.int64),
+        unseen,
+        float(subject.areas[unseen].sum()) / whole if whole > 0 else 0.0,
+    )
+
+
+def worth_of(areas: NDArray[np.float32], missing: NDArray[np.bool_], image_area: float) -> float:
+    """Return the entropy in bits of a view in which only surfaces that are ``missing`` are told from the background."""
+    seen = areas[missing & (areas > 0)].astype(np.float64)
+    return float(complexity.entropy(np.append(seen, max(image_area - seen.sum(), 0.0))))
+
+
+def without_superfluous(shown: list[NDArray[np.bool_]], chosen: list[int]) -> tuple[list[int], list[int]]:
+    """Return (kept, dropped) views: one is dropped if the others show all that it shows; the last chosen go first."""
+    if not shown:
+        return [], []
+    counts: Integers = np.sum(np.array(shown, np.int64), axis=0)
+    dropped = []
+    for k in range(len(chosen) - 1, -1, -1):
+        if np.all(counts[shown[k]] > 1):
+            counts -= shown[k]
+            dropped.append(chosen[k])
+    return [number for number in chosen if number not in dropped], dropped
+
+
+class Look:
+    """All views, one after the other, as often as one likes: from memory, or traced again where they do not fit."""
+
+    def __init__(self, subject: Subject, viewpoints: Viewpoints, lens: Lens, rays: Rays) -> None:
+        self.arguments = (subject, viewpoints, lens, rays)
+        self.kept: list[NDArray[np.float32]] | None = None
+        self.fits = subject.count * len(viewpoints) <= MOST_KEPT
+
+    def __iter__(self):  # type: ignore[no-untyped-def]  # noqa: ANN204
+        """Yield (number, areas (Z,)) of every view."""
+        if self.kept is not None:
+            yield from enumerate(self.kept)
+            return
+        found = []
+        for batch in projected_areas(*self.arguments):
+            for k, areas in enumerate(batch.areas):
+                found += [areas.copy()] if self.fits else []
+                yield batch.first + k, areas
+        self.kept = found if self.fits else None
+
+    def row(self, number: int) -> NDArray[np.float32]:
+        """Return the areas (Z,) of one view."""
+        if self.kept is not None:
+            return self.kept[number]
+        return next(areas for k, areas in self if k == number)
