@@ -9,7 +9,7 @@ from typing import Any
 import typer
 
 from tracer.backend import named_library
-from tracer.cli import compare, demo, info, render, score, study
+from tracer.cli import compare, demo, info, render, score, study, view
 
 app = typer.Typer(
     help="Render adaptively on Mitsuba 3: look first with cheap rays, spend expensive rays where they pay.",
@@ -32,3 +32,6 @@ def after_check(command: Callable[..., None]) -> Callable[..., None]:
 
 for function in (render.render, compare.compare, study.study, score.score, demo.demo, info.info):
     app.command()(after_check(function))
+for viewing in view.COMMANDS:
+    view.app.command()(after_check(viewing))
+app.add_typer(view.app, name="view")

@@ -51,13 +51,15 @@ def cover(
     quality: float = 0.5,
     rule: Rule = "entropy",
     most: int | None = None,
+    enough: float = 1.0,
     told: Callable[[int, float], None] = lambda views, covered: None,
 ) -> Cover:
     """Return the views that show every visible surface well.
 
     A surface is shown well by a view in which its projected area is at least ``quality`` (0 to 1] of the largest that
     it has in any. ``rule``: choose by the entropy of what is not yet shown, or by the true area that would newly be.
-    ``most``: end after so many views. ``told``: called after each choice with the number of views and the share shown.
+    ``most``: end after so many views; ``enough``: when that share of the true area is shown. ``told``: called after
+    each choice with the number of views and the share shown.
     """
     look = Look(subject, viewpoints, lens, rays)
     best = np.zeros(subject.count, np.float32)
@@ -68,7 +70,7 @@ def cover(
     missing = visible.copy()
     chosen: list[int] = []
     shown: list[NDArray[np.bool_]] = []
-    while missing.any() and len(chosen) != most:
+    while missing.any() and len(chosen) != most and weights[missing].sum() > (1 - enough) * weights.sum():
         record, pick, pick_shows = (-1.0, -1.0), -1, missing
         for number, areas in look:
             shows = (areas >= quality * best) & missing

@@ -68,6 +68,8 @@ class Gauge:
     rays: Rays
     name: str
     background: bool = True
+    good: measures.Best = "most"
+    """Whether views of the most or the least of it are good."""
     evaluations: int = 0
     """Views that were measured, those of a channel too."""
     channel: Channel | None = field(default=None, repr=False)
@@ -106,9 +108,14 @@ class Gauge:
         )
         return found[self.name][:count]
 
+    @property
+    def sign(self) -> int:
+        """1 if more is better, else -1."""
+        return 1 if self.good == "most" else -1
+
     def better(self, directions: Floats) -> Floats:
         """Return the same, so that more is better."""
-        return self.measure.sign * self(directions)
+        return self.sign * self(directions)
 
 
 def ring(direction: Floats, angle: float) -> Floats:

@@ -147,14 +147,20 @@ def trace(
         row, column = divide(k, rays.side)
         pixel = dr.opaque(mi.Float, 1 / rays.side)
         u, v = (mi.Float(column) + 0.5) * pixel, (mi.Float(row) + 0.5) * pixel
+    ray, weight = world_ray(viewpoints, lens, viewpoint, u, v)
+    found = subject.scene.ray_intersect_preliminary(ray, coherent=not rays.random)
+    depth = found.t * dr.dot(ray.d, gather_rows(viewpoints.forward, viewpoint))
+    return Traced(viewpoint, found.is_valid(), subject.surface(found), depth, weight)
+
+
+def world_ray(viewpoints: Viewpoints, lens: Lens, viewpoint: Any, u: Any, v: Any) -> tuple[Any, Any]:
+    """Return the rays, and their weights, of viewpoints (mi.UInt32) at places (u, v) of the lens."""
     origin, direction, weight = lens.ray(u, v)
     eye, right, up, forward = (
         gather_rows(rows, viewpoint) for rows in (viewpoints.eyes, viewpoints.right, viewpoints.up, viewpoints.forward)
     )
     toward = direction.x * right + direction.y * up - direction.z * forward
-    ray = mi.Ray3f(mi.Point3f(eye + origin.x * right + origin.y * up), toward)
-    found = subject.scene.ray_intersect_preliminary(ray, coherent=not rays.random)
-    return Traced(viewpoint, found.is_valid(), subject.surface(found), found.t * dr.dot(toward, forward), weight)
+    return mi.Ray3f(mi.Point3f(eye + origin.x * right + origin.y * up), toward), weight
 
 
 def to_unit(bits: Any) -> Any:

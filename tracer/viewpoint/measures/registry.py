@@ -32,11 +32,6 @@ class Measure:
     """Which views are good: those of the most or the least."""
     needs: tuple[Need, ...]
 
-    @property
-    def sign(self) -> int:
-        """1 if more is better, else -1."""
-        return 1 if self.best == "most" else -1
-
 
 registered: dict[str, Measure] = {}
 

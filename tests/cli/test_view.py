@@ -1,0 +1,163 @@
+"""Commands ``view ...``: what they write and say."""
+
+import csv
+import json
+
+import mitsuba as mi
+import numpy as np
+import pytest
+from PIL import Image
+from typer.testing import CliRunner
+
+from tracer.cli.app import app
+from tracer.errors import TracerError
+from tracer.viewpoint import measures
+
+SCENE = """<scene version="3.0.0">
+    <integrator type="path"/>
+    <sensor type="perspective"><transform name="to_world"><lookat origin="0,0,9" target="0,0,0" up="0,1,0"/></transform>
+    </sensor>
+    <shape type="cube" id="body"/>
+    <shape type="sphere" id="ball">
+        <point name="center" x="1.5" y="0.5" z="0.2"/>
+        <float name="radius" value="0.6"/>
+    </shape>
+    <emitter type="constant"/>
+</scene>"""
+FEW = ["--side", "32", "-q"]
+
+
+@pytest.fixture
+def scene(tmp_path):
+    path = tmp_path / "scene.xml"
+    path.write_text(SCENE)
+    return path
+
+
+def call(*arguments):
+    result = CliRunner().invoke(app, ["view", *map(str, arguments)])
+    if result.exception is not None and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    assert result.exit_code == 0, result.output
+    return result.output
+
+
+def names_in(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def picture(path):
+    with Image.open(path) as opened:
+        return np.array(opened.convert("RGB"), float) / 255
+
+
+def test_measure(scene, tmp_path, monkeypatch):
+    monkeypatch.setattr("tracer.viewpoint.reports.measure.SHOWN", 1)  # to draw takes longest
+    said = call("measure", scene, "-o", tmp_path / "out", "--level", 1, "--side", 32)
+    assert names_in(tmp_path / "out") == ["best_and_worst.png", "measures.png", "views.csv"]
+    with open(tmp_path / "out" / "views.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 42
+    assert set(rows[0]) == {"x", "y", "z", *measures.names()}
+    assert "entropy" in said
+    assert picture(tmp_path / "out" / "best_and_worst.png").std() > 0.02
+
+
+def test_some_measures_of_surfaces_of_a_kind(scene, tmp_path):
+    call("measure", scene, "-o", tmp_path / "out", "--level", 0, "-m", "visible", "--surfaces", "shape", *FEW)
+    with open(tmp_path / "out" / "views.csv", newline="") as file:
+        values = {float(row["visible"]) for row in csv.DictReader(file)}
+    assert values <= {1, 2}
+
+
+def test_best_writes_a_camera_that_mitsuba_sees_the_same_with(scene, tmp_path):
+    said = call("best", scene, "-o", tmp_path / "out", "--level", 1, "--side", 64)
+    assert all(search in said for search in ("paper", "octants", "exhaustive"))
+    assert names_in(tmp_path / "out") == ["best.json", "best.png", "camera.xml", "sphere.png"]
+    report = json.loads((tmp_path / "out" / "best.json").read_text())
+    sensor = mi.load_file(str(tmp_path / "out" / "camera.xml")).sensors()[0]
+    assert np.array(sensor.world_transform().translation()).ravel() == pytest.approx(report["eye"], rel=1e-5)
+    film = mi.load_dict({"type": "hdrfilm", "width": 512, "height": 512, "rfilter": {"type": "box"}})
+    fov = float(mi.traverse(sensor)["x_fov"][0])
+    place = mi.ScalarTransform4f(np.array(sensor.world_transform().matrix).reshape(4, 4))
+    again = mi.load_dict({"type": "perspective", "fov": fov, "film": film, "to_world": place})
+    depth = mi.load_dict({"type": "depth"})
+    seen = mi.render(mi.load_file(str(scene)), sensor=again, integrator=depth, spp=1).numpy()[..., 0] > 0
+    shown = picture(tmp_path / "out" / "best.png")
+    assert np.mean(seen != (np.abs(shown - shown[0, 0]).max(axis=-1) > 0.02)) < 0.01
+
+
+def test_tour_makes_a_film(scene, tmp_path):
+    out = tmp_path / "out"
+    call("tour", scene, "-o", out, "--steps", 3, "--frames", 5, "--size", 48, *FEW)
+    assert names_in(out) == [
+        "cameras.xml",
+        *(f"frame{k:04d}.png" for k in range(5)),
+        "path.csv",
+        "path.png",
+        "tour.webp",
+    ]
+    with Image.open(out / "tour.webp") as film:
+        assert film.is_animated
+        assert film.n_frames == 8  # there and back
+        assert film.size == (48, 48)
+    assert len(mi.load_file(str(out / "cameras.xml")).sensors()) == 5
+    assert not np.array_equal(picture(out / "frame0000.png"), picture(out / "frame0004.png"))
+
+
+def test_cover_says_what_is_not_seen(scene, tmp_path):
+    said = call("cover", scene, "-o", tmp_path / "out", "--level", 1, "--enough", 1, "--side", 64)
+    assert "of 13 surfaces" in said
+    assert names_in(tmp_path / "out") == ["cameras.xml", "sphere.png", "views.csv", "views.png"]
+
+
+def test_a_crystal_is_shown_along_its_rows(tmp_path):
+    a = 3.567
+    places = [[0, 0, 0], [0, 2, 2], [2, 0, 2], [2, 2, 0], [1, 1, 1], [1, 3, 3], [3, 1, 3], [3, 3, 1]]
+    lines = [f"C {x * a / 4} {y * a / 4} {z * a / 4}" for x, y, z in places]
+    path = tmp_path / "diamond.xyz"
+    path.write_text(f'8\nLattice="{a} 0 0 0 {a} 0 0 0 {a}" pbc="T T T"\n' + "\n".join(lines))
+    out = tmp_path / "out"
+    crystal = ["--cut", 7, "--atom-radius", 0.77]
+    call("best", path, "-o", out, *crystal, "--search", "exhaustive", "--level", 1, "--side", 128, "-q")
+    report = json.loads((out / "best.json").read_text())
+    assert report["good"] == "least"
+    assert np.sort(np.abs(report["direction"])) == pytest.approx([0, 0.5**0.5, 0.5**0.5], abs=0.02)
+    assert report["value"] == pytest.approx(3.7, abs=0.1)  # 3.86 of a ball around a bond
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["measure", "none.ply"], "There is no mesh 'none.ply'."),
+        (["measure", "none.xml"], "There is no scene file 'none.xml'."),
+        (["measure", "none.xyz"], "There is no molecule file 'none.xyz'."),
+        (["measure", "picture.png"], "'picture.png' is no scene, mesh or molecule by its name"),
+        (["measure", "SCENE", "-m", "beauty"], "Unknown measure 'beauty'"),
+        (["best", "SCENE", "-m", "beauty"], "Unknown measure 'beauty'"),
+        (["best", "SCENE", "--search", "lucky"], "Unknown search 'lucky'"),
+        (["best", "SCENE", "--good", "some"], "the most or the least, not 'some'"),
+        (["tour", "SCENE", "-m", "beauty"], "Unknown measure 'beauty'"),
+        (["cover", "SCENE", "--rule", "luck"], "Unknown rule 'luck'"),
+        (["measure", "SCENE", "--surfaces", "atom"], "Unknown kind of surface 'atom'"),
+        (["measure", "SCENE", "--cut", "3"], "are for molecules"),
+        (["measure", "SCENE", "--distance", "-1"], "must be positive"),
+        (["measure", "SCENE", "--up", "0", "0", "0"], "must have a direction"),
+    ],
+)
+def test_a_mistake_is_one_sentence_and_writes_nothing(arguments, sentence, scene, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    before = names_in(tmp_path)
+    with pytest.raises(TracerError) as caught:
+        call(*(str(scene) if each == "SCENE" else each for each in arguments), "-o", "out")
+    assert sentence in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert names_in(tmp_path) == before
+
+
+def test_results_are_not_overwritten_unasked(scene, tmp_path):
+    few = ["-m", "visible", "--level", 0, *FEW]
+    call("measure", scene, "-o", tmp_path / "out", *few)
+    with pytest.raises(TracerError, match="exists; choose another folder, or --overwrite"):
+        call("measure", scene, "-o", tmp_path / "out", *few)
+    call("measure", scene, "-o", tmp_path / "out", "--overwrite", *few)

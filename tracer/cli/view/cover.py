@@ -1,0 +1,76 @@
+"""Command ``view cover``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from tracer.cli import options
+from tracer.cli.view import common
+
+
+def cover(
+    source: common.Source,
+    output: common.Output,
+    quality: Annotated[
+        float,
+        typer.Option(help="A surface is shown well at this share of its largest area.", min=0.01, max=1),
+    ] = 0.5,
+    rule: Annotated[str, typer.Option(help="Choose by entropy, or by area newly shown.")] = "entropy",
+    enough: Annotated[
+        float, typer.Option(help="End when this share of the visible area is shown well.", min=0.01, max=1)
+    ] = 0.99,
+    most: Annotated[int | None, typer.Option(help="End after so many views.", min=1)] = None,
+    level: common.Level = 2,
+    surfaces: common.Surfaces = None,
+    side: common.Side = 256,
+    background: common.Background = True,
+    distance: common.Distance = None,
+    centre: common.Centre = None,
+    up: common.Up = None,
+    orthographic: common.Orthographic = None,
+    repeat: common.Repeat = None,
+    cut: common.Cut = None,
+    atom_radius: common.AtomRadius = None,
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
+) -> None:
+    """Choose the fewest views that show everything well, for modelling from images.
+
+    Example: tracer view cover bunny.ply -o cover
+    """
+    from tracer.cli.show import simple_table
+    from tracer.errors import SettingsError
+    from tracer.viewpoint.reports import cover as report
+
+    if rule not in ("entropy", "area"):
+        raise SettingsError(f"Unknown rule '{rule}'; choose entropy or area.")
+    with common.desk(
+        source,
+        output,
+        report.FILES,
+        surfaces=surfaces,
+        side=side,
+        background=background,
+        distance=distance,
+        centre=centre,
+        up=up,
+        orthographic=orthographic,
+        repeat=repeat,
+        cut=cut,
+        atom_radius=atom_radius,
+        overwrite=overwrite,
+        quiet=quiet,
+    ) as desk:
+        lines, found = report.cover_report(
+            desk, level, quality, "entropy" if rule == "entropy" else "area", most, enough
+        )
+        count = desk.opened.subject.count
+    if quiet:
+        return
+    simple_table(report.HEADINGS, lines)
+    typer.echo(
+        f"{len(found.unseen)} of {count} surfaces, {100 * found.unseen_area:.1f} % of the area, are seen from nowhere; "
+        f"{len(found.dropped)} views became superfluous"
+    )

@@ -1,0 +1,54 @@
+"""Pictures of views for looking at: lit from the camera, quickly, whatever light the scene has."""
+
+from __future__ import annotations
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer.draw import divide
+from tracer.score import encode_srgb
+from tracer.viewpoint.item_buffer import Viewpoints, world_ray
+from tracer.viewpoint.lens import Lens
+from tracer.viewpoint.subject import Subject
+
+Floats = NDArray[np.float64]
+FINER = 3
+"""Rays per pixel and side."""
+BACKGROUND = 0.9
+AMBIENT = 0.15
+"""Share of the light that comes from everywhere."""
+
+
+def look(
+    subject: Subject, viewpoints: Viewpoints, lens: Lens, size: int, colours: Floats | None = None
+) -> list[Floats]:
+    """Return a picture (size, size, 3) in [0, 1], encoded as sRGB, of each view.
+
+    ``colours`` (Z, 3) of the surfaces; unless given, the diffuse reflectance of their materials.
+    """
+    return [look_once(subject, viewpoints[k : k + 1], lens, size, colours) for k in range(len(viewpoints))]
+
+
+def look_once(subject: Subject, viewpoint: Viewpoints, lens: Lens, size: int, colours: Floats | None) -> Floats:
+    """Return one picture."""
+    side = size * FINER
+    row, column = divide(dr.arange(mi.UInt32, side * side), side)
+    pixel = dr.opaque(mi.Float, 1 / side)
+    zero = dr.zeros(mi.UInt32, side * side)
+    ray, _ = world_ray(viewpoint, lens, zero, (mi.Float(column) + 0.5) * pixel, (mi.Float(row) + 0.5) * pixel)
+    found = subject.scene.ray_intersect_preliminary(ray, coherent=True)
+    hit = found.is_valid()
+    interaction = found.compute_surface_interaction(ray, mi.RayFlags.All, hit)
+    if colours is None:
+        reflectance = interaction.bsdf().eval_diffuse_reflectance(interaction, hit)
+        colour = mi.Color3f(dr.clip(reflectance, 0.02, 1.0))
+    else:
+        table = mi.Float(colours.astype(np.float32).ravel())
+        surface = subject.surface(found)
+        colour = mi.Color3f(*(dr.gather(mi.Float, table, 3 * surface + k, hit) for k in range(3)))
+    cosine = dr.abs(dr.dot(interaction.sh_frame.n, ray.d))
+    shaded = dr.select(hit, colour * (AMBIENT + (1 - AMBIENT) * cosine), BACKGROUND)
+    image = np.array(shaded, np.float64).T.reshape(size, FINER, size, FINER, 3).mean(axis=(1, 3))
+    return np.asarray(encode_srgb(np.nan_to_num(image)))

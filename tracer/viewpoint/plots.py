@@ -1,0 +1,127 @@
+"""Plots: the sphere of viewpoints coloured by a measure, and sheets of pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer import files
+from tracer.viewpoint.sphere import frame, normalised
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+def figure(width: float, height: float) -> Any:
+    """Return a figure that no window shows."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def save(drawn: Any, path: Path, dpi: int = 110) -> None:
+    """Write a figure as PNG, whole or not at all."""
+    with files.whole(path) as temporary:
+        drawn.savefig(temporary, dpi=dpi, format="png")
+
+
+def flat(directions: Floats, up: Floats, below: bool) -> tuple[Floats, Floats, Floats]:
+    """Return (x, y, depth) of directions in Lambert's equal-area map of one half of the sphere, seen from outside.
+
+    The rim of the disc is the horizon, at 1; depth is positive on this half. From below, y is turned over.
+    """
+    sign = -1.0 if below else 1.0
+    right, ahead = frame(-up)
+    x, y = directions @ right, directions @ ahead
+    depth = sign * (directions @ normalised(up))
+    scale = 1 / np.sqrt(np.maximum(1 + depth, 1e-6))
+    return x * scale, sign * y * scale, depth
+
+
+def draw_sphere(
+    axes: Sequence[Any],
+    directions: Floats,
+    triangles: Integers,
+    values: Floats,
+    up: Floats,
+    path: Floats | None = None,
+    marks: dict[str, Floats] | None = None,
+) -> Any:
+    """Draw the sphere as two discs, seen from above (``up``) and below; return the coloured patches, for a colour bar.
+
+    ``path`` (N, 3) is drawn as a line, ``marks`` as crosses with their names.
+    """
+    finite = np.isfinite(values)
+    shown = np.where(finite, values, np.nanmax(values[finite]) if finite.any() else 0.0)
+    patches = None
+    for axis, below in zip(axes, (False, True), strict=True):
+        x, y, depth = flat(directions, up, below)
+        near = np.all(depth[triangles] > -0.35, axis=1)
+        rim = axis.add_patch(circle())
+        patches = axis.tripcolor(
+            x, y, triangles[near], shown, shading="gouraud", vmin=shown.min(), vmax=shown.max(), cmap="viridis"
+        )
+        patches.set_clip_path(rim)
+        if path is not None:
+            x, y, depth = flat(path, up, below)
+            hidden = depth < 0
+            axis.plot(np.where(hidden, np.nan, x), np.where(hidden, np.nan, y), color="white", linewidth=1.6)
+        for name, direction in (marks or {}).items():
+            x, y, depth = flat(direction[None], up, below)
+            if depth[0] >= 0:
+                axis.plot(x, y, "x", color="red", markersize=7, markeredgewidth=2)
+                axis.annotate(name, (x[0], y[0]), color="white", fontsize=7, xytext=(4, 4), textcoords="offset points")
+        axis.set_title("from below" if below else "from above", fontsize=8)
+        axis.set_xlim(-1.03, 1.03)
+        axis.set_ylim(-1.03, 1.03)
+        axis.set_aspect("equal")
+        axis.axis("off")
+    return patches
+
+
+def circle() -> Any:
+    """Return the rim of a disc."""
+    from matplotlib.patches import Circle
+
+    return Circle((0, 0), 1.0, facecolor="none", edgecolor="black", linewidth=0.8)
+
+
+def sphere_plot(
+    path: Path,
+    titles: Sequence[str],
+    directions: Floats,
+    triangles: Integers,
+    columns: Sequence[Floats],
+    up: Floats,
+    way: Floats | None = None,
+    marks: Sequence[dict[str, Floats]] | None = None,
+) -> None:
+    """Write a plot with the sphere coloured by each of ``columns`` (V,), two a row where there are several."""
+    across = 2 if len(columns) > 1 else 1
+    down = -(-len(columns) // across)
+    drawn = figure(6.4 * across, 3.1 * down)
+    grid = drawn.subfigures(down, across, squeeze=False)
+    for k, values in enumerate(columns):
+        part = grid[k // across][k % across]
+        axes = part.subplots(1, 2)
+        patches = draw_sphere(axes, directions, triangles, values, up, way, marks[k] if marks else None)
+        part.suptitle(titles[k], fontsize=10)
+        part.colorbar(patches, ax=list(axes), shrink=0.8)
+    save(drawn, path)
+
+
+def sheet(path: Path, pictures: Sequence[Floats], captions: Sequence[str], across: int) -> None:
+    """Write pictures (H, W, 3) with captions, ``across`` a row."""
+    down = -(-len(pictures) // across)
+    drawn = figure(2.3 * across, 2.55 * down)
+    axes = drawn.subplots(down, across, squeeze=False)
+    for axis in axes.flat:
+        axis.axis("off")
+    for axis, picture, caption in zip(axes.flat, pictures, captions, strict=False):
+        axis.imshow(picture, interpolation="nearest")
+        axis.set_title(caption, fontsize=8)
+    save(drawn, path)

@@ -1,0 +1,1 @@
+"""What the commands ``tracer view ...`` make: numbers, pictures, cameras; one file a command."""

@@ -1,0 +1,75 @@
+"""Find the best view: its picture, a camera for Mitsuba, and the sphere with the way of the search."""
+
+from __future__ import annotations
+
+import json
+import time
+from typing import Literal
+
+import numpy as np
+
+from tracer import files
+from tracer.viewpoint import measures, plots
+from tracer.viewpoint.camera import write_sensors
+from tracer.viewpoint.reports.desk import Desk, name_direction, number
+from tracer.viewpoint.search import Found, exhaustive_search, paper_search
+from tracer.viewpoint.sphere import icosphere
+
+FILES = ("best.png", "sphere.png", "camera.xml", "best.json")
+HEADINGS = ("search", "view", "value", "views", "seconds")
+Search = Literal["paper", "octants", "exhaustive"]
+SEARCHES: tuple[Search, ...] = ("paper", "octants", "exhaustive")
+SPHERE_LEVEL = 2
+"""Of the icosphere that is drawn."""
+PICTURE = 512
+
+
+def best(
+    desk: Desk, name: str, searches: list[Search], level: int, good: measures.Best | None = None
+) -> list[list[str]]:
+    """Write ``FILES``, for the best view of any search, and return the lines of the table under ``HEADINGS``.
+
+    ``good``: whether the most or the least of the measure is wanted, instead of what it says itself.
+    """
+    found: dict[Search, Found] = {}
+    lines = []
+    gauge = desk.gauge(name, good)
+    for k, search in enumerate(searches):
+        desk.say(f"{search} search", k, len(searches) + 1)
+        start = time.perf_counter()
+
+        def value(directions: np.ndarray, done: int = k) -> np.ndarray:
+            desk.say(f"{searches[done]} search", done, len(searches) + 1)
+            return gauge.better(directions)
+
+        if search == "exhaustive":
+            found[search] = exhaustive_search(value, level, desk.opened.axes)
+        else:
+            found[search] = paper_search(value, all_octants=search == "octants")
+        one = found[search]
+        seconds = time.perf_counter() - start
+        shown = number(gauge.sign * one.value)
+        place = name_direction(one.direction, desk.stand.up)
+        lines.append([search, place, shown, str(one.evaluations), f"{seconds:.2f}"])
+    winner = max(found.values(), key=lambda one: one.value)
+    desk.say("pictures", len(searches), len(searches) + 1)
+    directions, triangles = icosphere(SPHERE_LEVEL)
+    values = gauge(directions)
+    marks: dict[str, np.ndarray] = {search: one.direction for search, one in found.items()}
+    way = np.array([place for place, _ in found[searches[0]].steps])
+    plots.sphere_plot(desk.folder / "sphere.png", [name], directions, triangles, [values], desk.stand.up, way, [marks])
+    view = desk.stand.viewpoints(winner.direction[None])
+    files.write_png(desk.folder / "best.png", desk.pictures(view, PICTURE)[0])
+    write_sensors(desk.folder / "camera.xml", view, desk.stand.lens)
+    report = {
+        "measure": name,
+        "good": "most" if gauge.sign > 0 else "least",
+        "direction": winner.direction.tolist(),
+        "eye": view.eyes[0].tolist(),
+        "target": desk.stand.centre.tolist(),
+        "up": view.up[0].tolist(),
+        "value": gauge.sign * winner.value,
+        "searches": [dict(zip(HEADINGS, line, strict=True)) for line in lines],
+    }
+    files.write_text(desk.folder / "best.json", json.dumps(report, indent=1) + "\n")
+    return lines

@@ -1,0 +1,53 @@
+"""Choose a set of views that shows everything: their pictures and cameras, and what no view sees."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tracer import files
+from tracer.viewpoint import plots
+from tracer.viewpoint.camera import write_sensors
+from tracer.viewpoint.cover import Cover, Rule, cover
+from tracer.viewpoint.reports.desk import Desk, csv, name_direction
+from tracer.viewpoint.sphere import icosphere
+
+FILES = ("views.png", "sphere.png", "views.csv", "cameras.xml")
+HEADINGS = ("view", "from", "shown well")
+ACROSS = 4
+
+
+def cover_report(
+    desk: Desk, level: int, quality: float, rule: Rule, most: int | None, enough: float
+) -> tuple[list[list[str]], Cover]:
+    """Write ``FILES``; return the lines of the table under ``HEADINGS``, and the set."""
+    directions, triangles = icosphere(level)
+    views = desk.stand.viewpoints(directions)
+    found = cover(
+        desk.opened.subject,
+        views,
+        desk.stand.lens,
+        desk.rays,
+        quality,
+        rule,
+        most,
+        enough,
+        told=lambda count, covered: desk.say(f"{count} views", round(1000 * covered), 1000),
+    )
+    chosen = directions[found.chosen]
+    names = [name_direction(direction, desk.stand.up) for direction in chosen]
+    shares = [f"{100 * share:.1f} %" for share in found.covered]
+    if len(chosen):
+        captions = [f"{k + 1}: {name}\n{share}" for k, (name, share) in enumerate(zip(names, shares, strict=True))]
+        plots.sheet(desk.folder / "views.png", desk.pictures(views[found.chosen]), captions, min(ACROSS, len(chosen)))
+    closeness = (directions @ chosen.T).max(axis=1) if len(chosen) else np.zeros(len(directions))
+    marks = {str(k + 1): direction for k, direction in enumerate(chosen)}
+    nearest = np.degrees(np.arccos(np.clip(closeness, -1, 1)))
+    title = "degrees to the nearest view of the set"
+    plots.sphere_plot(
+        desk.folder / "sphere.png", [title], directions, triangles, [nearest], desk.stand.up, marks=[marks]
+    )
+    rows = [[k + 1, *direction, share] for k, (direction, share) in enumerate(zip(chosen, found.covered, strict=True))]
+    files.write_text(desk.folder / "views.csv", csv(("view", "x", "y", "z", "shown_well"), rows))
+    write_sensors(desk.folder / "cameras.xml", views[found.chosen], desk.stand.lens)
+    lines = [[str(k + 1), name, share] for k, (name, share) in enumerate(zip(names, shares, strict=True))]
+    return lines, found

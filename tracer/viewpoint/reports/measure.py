@@ -1,0 +1,66 @@
+"""Measure views from all around: a table, the sphere coloured by each measure, the best and the worst views."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tracer import files
+from tracer.viewpoint import measures, plots
+from tracer.viewpoint.reports.desk import Desk, apart, csv, name_direction, number
+from tracer.viewpoint.sphere import icosphere, neighbours
+from tracer.viewpoint.survey import survey
+
+FILES = ("views.csv", "measures.png", "best_and_worst.png")
+HEADINGS = ("measure", "good is", "best view", "value", "worst view", "value", "median")
+SHOWN = 3
+"""Best and worst views of each measure in the sheet."""
+
+
+def measure(desk: Desk, names: Sequence[str], level: int) -> list[list[str]]:
+    """Write ``FILES`` and return the lines of the table under ``HEADINGS``."""
+    subject, stand = desk.opened.subject, desk.stand
+    directions, triangles = icosphere(level)
+    views = stand.viewpoints(directions)
+    values = survey(
+        subject,
+        views,
+        stand.lens,
+        desk.rays,
+        names,
+        background=desk.background,
+        beside=neighbours(triangles),
+        progress=lambda done, total: desk.say("views", done, total),
+    )
+    lines, marks, chosen, captions = [], [], [], []
+    for name in names:
+        one = measures.get(name)
+        good = np.nan_to_num((1 if one.best == "most" else -1) * values[name], neginf=-np.inf)
+        best, worst = int(good.argmax()), int(good.argmin())
+        shown = [values[name][best], values[name][worst], float(np.median(values[name]))]
+        places = [name_direction(directions[k], stand.up) for k in (best, worst)]
+        lines.append([name, one.best, places[0], number(shown[0]), places[1], *map(number, shown[1:])])
+        marks.append({"best": directions[best], "worst": directions[worst]})
+        picked = apart(good, directions, SHOWN) + apart(-good, directions, SHOWN)[::-1]
+        chosen += picked
+        captions += [
+            f"{name}\n{'best' if k < SHOWN else 'worst'} {values[name][view]:.4g}" for k, view in enumerate(picked)
+        ]
+    desk.say("pictures", 0, 2)
+    plots.sphere_plot(
+        desk.folder / "measures.png",
+        [f"{name} (good: {measures.get(name).best})" for name in names],
+        directions,
+        triangles,
+        [values[name] for name in names],
+        stand.up,
+        marks=marks,
+    )
+    desk.say("pictures", 1, 2)
+    unique = sorted(set(chosen))
+    pictures = dict(zip(unique, desk.pictures(views[np.array(unique)]), strict=True))
+    plots.sheet(desk.folder / "best_and_worst.png", [pictures[k] for k in chosen], captions, 2 * SHOWN)
+    rows = [[*directions[k], *(values[name][k] for name in names)] for k in range(len(directions))]
+    files.write_text(desk.folder / "views.csv", csv(("x", "y", "z", *names), rows))
+    return lines

@@ -1,0 +1,91 @@
+"""Explore with a camera: the path on the sphere, frames, and a film that a browser plays."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer import files
+from tracer.viewpoint import plots
+from tracer.viewpoint.camera import write_sensors
+from tracer.viewpoint.gauge import Gauge
+from tracer.viewpoint.reports.desk import Desk, csv, name_direction, number
+from tracer.viewpoint.search import exhaustive_search
+from tracer.viewpoint.sphere import angle, icosphere
+from tracer.viewpoint.tour import carried, explore, smooth
+
+Floats = NDArray[np.float64]
+FILES = ("tour.webp", "path.png", "path.csv", "cameras.xml")
+HEADINGS = ("step", "view", "value", "weight", "from start")
+LEVEL = 2
+FRAMES_PER_SECOND = 25
+
+
+def tour(desk: Desk, name: str, steps: int, step: float, frames: int, size: int) -> list[list[str]]:
+    """Write ``FILES`` and ``frame0000.png`` ...; return the lines of the table under ``HEADINGS``.
+
+    ``steps`` of ``step`` degrees from the best view; ``frames`` pictures of ``size`` pixels in all.
+    """
+    gauge = desk.gauge(name)
+    directions, triangles = icosphere(LEVEL)
+    desk.say("best view", 0, 1)
+    values = gauge(directions)
+    good = goodness(gauge, values)
+    start = exhaustive_search(good, LEVEL, desk.opened.axes).direction
+    found = explore(good, start, steps, np.radians(step))
+    up = desk.stand.up
+    plots.sphere_plot(
+        desk.folder / "path.png",
+        [f"{name}: {steps} steps of {step:g}°"],
+        directions,
+        triangles,
+        [values],
+        up,
+        smooth(found.directions, 12 * steps + 1),
+        [{"start": found.directions[0], "end": found.directions[-1]}],
+    )
+    film = carried(desk.stand.centre, desk.stand.distance, smooth(found.directions, frames), up)
+    pictures = []
+    for k in range(frames):
+        desk.say("frames", k, frames)
+        pictures.append(desk.pictures(film[k : k + 1], size)[0])
+        files.write_png(desk.folder / f"frame{k:04d}.png", pictures[-1])
+    write_film(desk.folder / "tour.webp", pictures)
+    write_sensors(desk.folder / "cameras.xml", film, desk.stand.lens, size)
+    shown = gauge(found.directions)
+    far = np.degrees(angle(found.directions, found.directions[0]))
+    table = list(zip(found.directions, shown, found.weights, far, strict=True))
+    rows = [[k, *place, value, weight, distance] for k, (place, value, weight, distance) in enumerate(table)]
+    files.write_text(desk.folder / "path.csv", csv(("step", "x", "y", "z", "value", "weight", "degrees"), rows))
+    return [
+        [str(k), name_direction(place, up), number(value), number(weight), f"{distance:.0f}°"]
+        for k, (place, value, weight, distance) in enumerate(table)
+    ]
+
+
+def goodness(gauge: Gauge, values: Floats) -> Any:
+    """Return the measure as a function that is never negative, more being better, as weights of places need it.
+
+    Where less is better it is what is missing to the worst of ``values``.
+    """
+    worst = float(np.max(values[np.isfinite(values)], initial=0.0))
+
+    def good(directions: Floats) -> Floats:
+        found = gauge(directions)
+        return np.maximum(found if gauge.sign > 0 else worst - found, 0.0)
+
+    return good
+
+
+def write_film(path: Any, pictures: list[Floats]) -> None:
+    """Write pictures (H, W, 3) in [0, 1] as an animation, there and back again without end."""
+    from PIL import Image
+
+    images = [Image.fromarray(np.rint(np.clip(picture, 0, 1) * 255).astype(np.uint8)) for picture in pictures]
+    images += images[-2:0:-1]
+    with files.whole(path) as temporary:
+        images[0].save(
+            temporary, save_all=True, append_images=images[1:], duration=1000 // FRAMES_PER_SECOND, loop=0, quality=80
+        )

@@ -1,0 +1,117 @@
+"""Open what a person names as a subject: a Mitsuba scene, a mesh, a molecule or a crystal."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer.errors import SceneError, SettingsError
+from tracer.load_error import load_error
+from tracer.source import LOAD_ERRORS, load
+from tracer.viewpoint import molecules
+from tracer.viewpoint.subject import Subject, open_subject
+
+Floats = NDArray[np.float64]
+MESHES = {".ply": "ply", ".obj": "obj", ".serialized": "serialized"}
+"""Mitsuba's plugin by suffix."""
+
+
+@dataclass(frozen=True)
+class Opened:
+    """A subject, and what its kind adds."""
+
+    subject: Subject
+    colours: Floats | None = None
+    """(Z, 3): of surfaces in pictures, linear sRGB; None where the scene has its own."""
+    orthographic: bool = False
+    """Whether it is looked at with parallel rays: molecules are."""
+    axes: Floats | None = None
+    """(N, 3): directions that a search should try, as something lines up along them."""
+    crystal: bool = False
+    """Whether it is a part of a lattice."""
+    up: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    """What is upwards: the axis nearest to the upward direction of the scene's camera; y for a mesh."""
+
+
+@dataclass(frozen=True)
+class Crystal:
+    """What to do with atoms before they are looked at."""
+
+    repeat: tuple[int, int, int] | None = None
+    """Times that the cell is repeated along each of its vectors."""
+    cut: float | None = None
+    """Radius of the ball that is cut out, in Angstrom."""
+    radius: float | None = None
+    """Of atoms, in Angstrom; by element unless given."""
+
+    @property
+    def asked(self) -> bool:
+        """Whether any of it was asked for."""
+        return any(value is not None for value in (self.repeat, self.cut, self.radius))
+
+
+def open_source(path: Path, surfaces: str | None = None, crystal: Crystal | None = None) -> Opened:
+    """Return what a file shows. Raises SceneError or SettingsError.
+
+    ``surfaces``: face (the default), shape or bsdf; of a molecule they are its atoms.
+    """
+    crystal = crystal or Crystal()
+    suffix = path.suffix.lower()
+    if suffix in molecules.SUFFIXES:
+        if surfaces is not None:
+            raise SettingsError(f"The surfaces of a molecule are its atoms: leave out 'surfaces' for '{path}'.")
+        return open_atoms(path, crystal)
+    if crystal.asked:
+        raise SettingsError(f"Repeating, cutting and the radius of atoms are for molecules, and '{path}' is none.")
+    if suffix in MESHES:
+        if not path.is_file():
+            raise SceneError(f"There is no mesh '{path}'.")
+        try:
+            scene = mi.load_dict({"type": "scene", "mesh": {"type": MESHES[suffix], "filename": str(path.resolve())}})
+        except LOAD_ERRORS as error:
+            raise load_error(f"'{path}'", error) from None
+    elif suffix == ".xml" or not path.suffix:
+        scene = load(path)
+        if scene.class_name() != "Scene":
+            raise SceneError(f"'{path}' holds a {scene.class_name()}, not a scene; wrap it in <scene>.")
+    else:
+        known = ", ".join([".xml", *MESHES, *molecules.SUFFIXES])
+        raise SceneError(f"'{path}' is no scene, mesh or molecule by its name; its suffix must be one of {known}.")
+    return Opened(open_subject(scene, surfaces or "face"), up=upwards(scene))
+
+
+def upwards(scene: Any) -> tuple[float, float, float]:
+    """Return the axis nearest to the upward direction of the first camera; y if there is none."""
+    if not scene.sensors():
+        return (0.0, 1.0, 0.0)
+    up = np.array(scene.sensors()[0].world_transform().matrix, np.float64).reshape(4, 4)[:3, 1]
+    axis = np.zeros(3)
+    axis[np.abs(up).argmax()] = np.sign(up[np.abs(up).argmax()])
+    return (float(axis[0]), float(axis[1]), float(axis[2]))
+
+
+def open_atoms(path: Path, crystal: Crystal) -> Opened:
+    """Return a molecule or crystal. A crystal of which nothing is asked is cut to a ball, as one cell shows little."""
+    from ase.data import atomic_numbers
+    from ase.data.colors import jmol_colors
+
+    read = atoms = molecules.read_atoms(path)
+    if crystal.repeat is not None:
+        atoms = molecules.repeat(atoms, crystal.repeat)
+    if crystal.cut is not None:
+        atoms = molecules.ball(atoms, crystal.cut)
+    elif crystal.repeat is None and atoms.cell is not None:
+        atoms = molecules.ball(atoms, float(np.linalg.norm(atoms.cell, axis=1).max()) * 1.5)
+    encoded = np.array([jmol_colors[atomic_numbers.get(symbol, 0)] for symbol in atoms.symbols])
+    return Opened(
+        molecules.open_molecule(atoms, crystal.radius),
+        colours=encoded**2.2,
+        orthographic=True,
+        axes=molecules.zone_axes(read),
+        crystal=read.cell is not None,
+    )
