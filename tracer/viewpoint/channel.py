@@ -52,11 +52,6 @@ class Channel:
                 self.pair_logs += times_log(one[self.pairs[:, 0]] + one[self.pairs[:, 1]])
 
     @cached_property
-    def surface_shares(self) -> Floats:
-        """(Z,): p(z)."""
-        return complexity.probabilities(self.sums)
-
-    @cached_property
     def surface_entropy(self) -> float:
         """H(Z) in bits."""
         return float(complexity.entropy(self.sums))

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tracer.errors import SceneError, SettingsError
-from tracer.viewpoint.sphere import icosphere
+from tracer.viewpoint.sphere import icosphere, normalised
 from tracer.viewpoint.subject import Subject, open_subject
 
 Floats = NDArray[np.float64]
@@ -169,9 +169,10 @@ def open_molecule(atoms: Atoms, radius: float | None = None) -> Subject:
     points = points * np.sqrt(8 * np.pi / np.linalg.norm(np.cross(b - a, c - a), axis=-1).sum())
     vertices = atoms.positions[:, None] + radii[:, None, None] * points
     triangles = np.arange(len(atoms))[:, None, None] * len(points) + faces
-    mesh = mi.Mesh("atoms", vertices.size // 3, triangles.size // 3)
+    mesh = mi.Mesh("atoms", vertices.size // 3, triangles.size // 3, has_vertex_normals=True)
     parameters = mi.traverse(mesh)
     parameters["vertex_positions"] = vertices.ravel().astype(np.float32)
+    parameters["vertex_normals"] = np.tile(normalised(points), (len(atoms), 1)).ravel().astype(np.float32)
     parameters["faces"] = triangles.ravel().astype(np.uint32)
     parameters.update()
     scene = mi.load_dict({"type": "scene", "atoms": mesh})

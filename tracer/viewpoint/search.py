@@ -21,6 +21,8 @@ SMALLEST_EDGE = np.radians(0.5)
 REFINED = 8
 """How many of the best viewpoints of a grid are refined."""
 FINEST = np.radians(0.1)
+MOST_ROUNDS = 40
+"""Of refinement: where a measure is noisy there is always something better a little further on."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +92,10 @@ def exhaustive_search(value: Valued, level: int = 3, also: Floats | None = None)
     steps = [(directions[chosen[0]], float(values[chosen[0]]))]
     centres, best = directions[chosen], values[chosen]
     reach = np.full(len(chosen), np.sqrt(4 * np.pi / len(grid)) / 2)
-    while (active := np.flatnonzero(reach > FINEST)).size:
+    for _ in range(MOST_ROUNDS):
+        active = np.flatnonzero(reach > FINEST)
+        if not active.size:
+            break
         rings = np.stack([ring(centres[k], reach[k]) for k in active])
         found = value(rings.reshape(-1, 3)).reshape(len(active), -1)
         evaluations += found.size

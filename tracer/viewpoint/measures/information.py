@@ -6,12 +6,15 @@ Averaged over views with the weights p(v), all three are the mutual information 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tracer import complexity
 from tracer.viewpoint.channel import Channel
 from tracer.viewpoint.measures.areas import divergence
 from tracer.viewpoint.measures.registry import measure
 from tracer.viewpoint.sight import Sight
+
+Floats = NDArray[np.float64]
 
 
 def channel_of(sight: Sight) -> Channel:
@@ -20,10 +23,17 @@ def channel_of(sight: Sight) -> Channel:
     return sight.channel
 
 
+def sums_with(sight: Sight) -> Floats:
+    """Return the sums of the channel (Z,), where it is of other views with what this one alone sees."""
+    sums = channel_of(sight).sums.copy()
+    sums[sight.surfaces] = np.maximum(sums[sight.surfaces], sight.projected)
+    return sums
+
+
 @measure("mutual_information", "least", "channel")
 def mutual_information(sight: Sight) -> float:
     """Return VMI, or I1, in bits: the divergence of p(z|v) from p(z); infinite where nothing is seen."""
-    return divergence(sight, channel_of(sight).sums)
+    return divergence(sight, sums_with(sight))
 
 
 @measure("information_2", "least", "channel")

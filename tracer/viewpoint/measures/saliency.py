@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tracer.viewpoint.measures.areas import divergence
-from tracer.viewpoint.measures.information import channel_of
+from tracer.viewpoint.measures.information import channel_of, sums_with
 from tracer.viewpoint.measures.registry import measure
 from tracer.viewpoint.sight import Sight
 
@@ -19,13 +19,13 @@ def visible_saliency(sight: Sight) -> float:
 @measure("projected_saliency", "most", "channel", "saliency")
 def projected_saliency(sight: Sight) -> float:
     """Return the sum over surfaces of saliency times the share p(v|z) of what is ever seen of them, in bits."""
-    channel = channel_of(sight)
-    return float(np.sum(sight.projected / channel.sums[sight.surfaces] * channel.saliency[sight.surfaces]))
+    shares = sight.projected / sums_with(sight)[sight.surfaces]
+    return float(np.sum(shares * channel_of(sight).saliency[sight.surfaces]))
 
 
 @measure("salient_mutual_information", "least", "channel", "saliency")
 def salient_mutual_information(sight: Sight) -> float:
     """Return the divergence in bits of p(z|v) from p(z) S(z), normalised: low if what is salient is seen most."""
-    channel = channel_of(sight)
-    wanted = channel.surface_shares * channel.saliency
-    return divergence(sight, wanted) if wanted.sum() > 0 else divergence(sight, channel.sums)
+    sums = sums_with(sight)
+    wanted = sums * channel_of(sight).saliency
+    return divergence(sight, wanted if wanted.sum() > 0 else sums)

@@ -1,0 +1,200 @@
+"""All that is claimed of views, measured and drawn in one folder: rate, searches, convergence, molecules, pictures."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer import files
+from tracer.backend import activate
+from tracer.viewpoint import fast, measures, plots
+from tracer.viewpoint.gauge import stand
+from tracer.viewpoint.item_buffer import MOST_RAYS, Rays, projected_areas, trace
+from tracer.viewpoint.reports.best import best
+from tracer.viewpoint.reports.cover import cover_report
+from tracer.viewpoint.reports.desk import Desk, Told
+from tracer.viewpoint.reports.measure import measure
+from tracer.viewpoint.reports.page import to_markdown
+from tracer.viewpoint.reports.tour import tour
+from tracer.viewpoint.search import exhaustive_search, paper_search
+from tracer.viewpoint.source import Crystal, Opened, open_source
+from tracer.viewpoint.sphere import evenly, icosphere
+from tracer.viewpoint.survey import survey
+
+Floats = NDArray[np.float64]
+FILES = ("results.md", "results.json")
+MESHES = {
+    "bunny.ply": (0.0, 1.0, 0.0),
+    "spot.obj": (0.0, 1.0, 0.0),
+    "suzanne.ply": (0.0, 0.0, 1.0),
+    "teapot.ply": (0.0, 0.0, 1.0),
+}
+"""And what is upwards in each."""
+CRYSTALS = ("C-Graphite.cif", "C-Diamond.cif", "NaCl-Halite.cif")
+MOLECULES = ("C60-buckminsterfullerene.cml", "PCBM.cml")
+RATE_SIDE, RATE_LEVEL = 640, 3
+"""The protocol of the survey: 642 views of 640 x 640."""
+SEARCH_SIDE, SEARCH_LEVEL = 96, 2
+SHOWN_MEASURES = ("entropy", "mutual_information", "silhouette_length", "visible_saliency")
+"""Of the sheets of pictures."""
+NUMBERS_OF_RAYS = (100, 400, 1600, 6400, 25600)
+SEEDS = 20
+
+
+def everything(public: Path, scenes: Path, folder: Path, told: Told) -> list[str]:
+    """Write ``FILES`` and pictures; ``public`` has the folders ``meshes`` and ``molecules``. Return the headings."""
+    activate()
+    opened = {path: replace(open_source(public / "meshes" / path), up=up) for path, up in MESHES.items()}
+    opened |= {path.name: open_source(path, "shape") for path in sorted(scenes.glob("*.xml"))}
+    sections: dict[str, Any] = {}
+    parts: list[tuple[str, Callable[[], Any]]] = [
+        ("Rate", lambda: rate(opened["bunny.ply"])),
+        ("Searches", lambda: searches(opened, folder, told)),
+        ("Convergence of the fast estimate", lambda: convergence(opened["bunny.ply"], folder)),
+        ("Molecules", lambda: molecules(public / "molecules", folder, told)),
+        ("Pictures", lambda: pictures(opened, folder, told)),
+    ]
+    for k, (heading, part) in enumerate(parts):
+        if told(heading, k, len(parts)) is False:
+            raise KeyboardInterrupt
+        sections[heading] = part()
+    files.write_text(folder / "results.json", json.dumps(sections, indent=1) + "\n")
+    files.write_text(folder / "results.md", to_markdown(sections))
+    return list(sections)
+
+
+def rate(opened: Opened) -> dict[str, Any]:
+    """Return seconds and rays per second of the item buffer, and of nothing but intersections of the same rays."""
+    subject, place = opened.subject, stand(opened.subject)
+    views, rays = place.viewpoints(icosphere(RATE_LEVEL)[0]), Rays(side=RATE_SIDE)
+    size = max(1, MOST_RAYS // rays.count)
+
+    def item_buffer() -> None:
+        for _ in projected_areas(subject, views, place.lens, rays):
+            pass
+
+    def intersections() -> None:
+        for first in range(0, len(views), size):
+            found = trace(subject, views[first : first + size], place.lens, rays, first, 0, rays.count)
+            dr.eval(found.hit, found.depth)
+            dr.sync_thread()
+
+    seconds = {"item buffer": [], "intersections only": []}  # type: dict[str, list[float]]
+    for _ in range(3):
+        for name, run in (("item buffer", item_buffer), ("intersections only", intersections)):
+            start = time.perf_counter()
+            run()
+            seconds[name].append(time.perf_counter() - start)
+    count = len(views) * rays.count
+    shortest = {name: min(times[1:]) for name, times in seconds.items()}  # the first compiles
+    return {
+        "what": f"{len(views)} views of {RATE_SIDE} x {RATE_SIDE} of bunny.ply, {subject.count} faces",
+        "seconds": shortest,
+        "million rays per second": {name: count / each / 1e6 for name, each in shortest.items()},
+        "share of the rate of intersections": shortest["intersections only"] / shortest["item buffer"],
+    }
+
+
+def searches(opened: dict[str, Opened], folder: Path, told: Told) -> list[dict[str, Any]]:
+    """Return for each subject and measure what the searches reach: 0 the worst view of 162, 1 the best known."""
+    rows = []
+    for file, one in opened.items():
+        desk = desk_of(one, folder, told, SEARCH_SIDE)
+        for name in measures.names():
+            needs = set(measures.get(name).needs)
+            if {"mesh", "saliency"} & needs and not len(one.subject.mesh.triangles):
+                continue
+            told(f"searches: {file}, {name}", 1, 5)
+            gauge = desk.gauge(name)
+            all_around = gauge.better(icosphere(SEARCH_LEVEL)[0])
+            found = {
+                "paper": paper_search(gauge.better),
+                "octants": paper_search(gauge.better, all_octants=True),
+                "exhaustive": exhaustive_search(gauge.better, SEARCH_LEVEL),
+            }
+            most = max(float(all_around.max()), *(each.value for each in found.values()))
+            finite = all_around[np.isfinite(all_around)]
+            span = most - float(finite.min()) if len(finite) else 0.0
+            reached = {k: (each.value - most) / span + 1 if span > 0 else 1.0 for k, each in found.items()}
+            views = {k: each.evaluations for k, each in found.items()}
+            rows.append({"subject": file, "measure": name, "reached": reached, "views": views})
+    return rows
+
+
+def convergence(opened: Opened, folder: Path) -> dict[str, Any]:
+    """Return the error of the entropy of the shapes' faces from random rays, and how often its interval holds it."""
+    subject, place = opened.subject, stand(opened.subject)
+    views = place.viewpoints(evenly(12))
+    truth = survey(subject, views, place.lens, Rays(side=2048), ["entropy"])["entropy"]
+    rows = []
+    for rays in NUMBERS_OF_RAYS:
+        found = [fast.estimate_entropy(subject, views, place.lens, rays, seed) for seed in range(SEEDS)]
+        error = np.array([one.entropy - truth for one in found])
+        stderr = np.array([one.stderr for one in found])
+        rows.append(
+            {
+                "rays": rays,
+                "error": float(np.sqrt(np.mean(error**2))),
+                "uncorrected": float(np.sqrt(np.mean([(one.uncorrected - truth) ** 2 for one in found]))),
+                "standard error": float(np.sqrt(np.mean(stderr**2))),
+                "within 1.96 standard errors": float(np.mean(np.abs(error) < 1.96 * stderr)),
+            }
+        )
+    drawn = plots.figure(5.2, 3.6)
+    axis = drawn.subplots()
+    for name, style in (("error", "o-"), ("uncorrected", "s:"), ("standard error", "k--")):
+        axis.loglog([row["rays"] for row in rows], [row[name] for row in rows], style, label=name)
+    axis.set_xlabel("random rays")
+    axis.set_ylabel("entropy, bits (RMS)")
+    axis.legend()
+    plots.save(drawn, folder / "convergence.png")
+    return {"subject": "bunny.ply, entropy of faces and background, 12 views", "rows": rows}
+
+
+def molecules(public: Path, folder: Path, told: Told) -> list[dict[str, Any]]:
+    """Return the best view of crystals (least entropy) and molecules (most), their pictures written."""
+    rows = []
+    for file in (*CRYSTALS, *MOLECULES):
+        told(f"molecules: {file}", 3, 5)
+        crystal = Crystal(cut=7.0, radius=0.77) if file in CRYSTALS else None
+        one = open_source(public / file, crystal=crystal)
+        place = folder / Path(file).stem
+        place.mkdir(exist_ok=True)
+        desk = desk_of(one, place, lambda *_: None, 160)
+        lines = best(desk, "entropy", ["paper", "exhaustive"], 3)
+        rows.append(
+            {"file": file, "atoms": one.subject.count, "good": "least" if one.crystal else "most", "lines": lines}
+        )
+    return rows
+
+
+def pictures(opened: dict[str, Opened], folder: Path, told: Told) -> list[str]:
+    """Draw measures, a tour and a view set; return the names of their folders."""
+    made = []
+    for name, file, make in (
+        ("measures-bunny", "bunny.ply", lambda desk: measure(desk, SHOWN_MEASURES, 2)),
+        ("tour-spot", "spot.obj", lambda desk: tour(desk, "entropy", 40, 6.0, 81, 200)),
+        ("cover-teapot", "teapot.ply", lambda desk: cover_report(desk, 2, 0.5, "entropy", None, 0.98)),
+    ):
+        told(f"pictures: {name}", 4, 5)
+        place = folder / name
+        place.mkdir(exist_ok=True)
+        make(desk_of(opened[file], place, lambda *_: None, 256))
+        for frame in place.glob("frame*.png"):
+            frame.unlink()  # the film has them
+        made.append(name)
+    return made
+
+
+def desk_of(opened: Opened, folder: Path, told: Told, side: int) -> Desk:
+    """Return a desk with all as the commands have it unless told otherwise."""
+    place = stand(opened.subject, up=opened.up, orthographic=opened.orthographic)
+    return Desk(opened, place, Rays(side=side), True, folder, told)
