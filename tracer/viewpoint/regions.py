@@ -1,0 +1,132 @@
+"""Complexity of parts of what is seen from a point: spherical triangles, or square blocks of an image.
+
+The paper, sections 2 and 4.2: from one viewpoint, regions differ in complexity. Each is measured with a few rays.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer import complexity
+from tracer.draw import divide
+from tracer.hashing import mix
+from tracer.pilot import multiplicity
+from tracer.viewpoint.item_buffer import Viewpoints, to_unit, world_ray
+from tracer.viewpoint.lens import Lens
+from tracer.viewpoint.subject import Subject
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Regions:
+    """What K rays in each of some regions hit. All measures are (...) as the regions are, the background a surface."""
+
+    surfaces: int
+    """Of the subject."""
+    same: NDArray[np.uint32]
+    """(..., K): for each ray, how many of the K rays of its region hit the surface that it hit, or miss as it does."""
+    hit: NDArray[np.bool_]
+    """(..., K): whether the ray hit anything."""
+
+    @cached_property
+    def entropy(self) -> Floats:
+        """Bits, 0 to log2 K."""
+        return complexity.ray_entropy(self.same)
+
+    @cached_property
+    def gini(self) -> Floats:
+        """0 to 1 - 1 / K."""
+        return complexity.ray_gini(self.same)
+
+    @cached_property
+    def distinct(self) -> Floats:
+        """How many different surfaces were hit, the background one of them."""
+        return complexity.ray_distinct(self.same)
+
+    @cached_property
+    def viewpoint_complexity(self) -> Floats:
+        """C(V) of the paper with the region as the image."""
+        return complexity.ray_viewpoint(self.same, self.hit, self.surfaces)
+
+
+def look_through_triangles(subject: Subject, eyes: Floats, triangles: Floats, rays: int, seed: int = 0) -> Regions:
+    """Return the complexity of spherical triangles (T, 3, 3), of unit directions, seen from ``eyes`` (T, 3).
+
+    ``rays`` random rays each, uniform in solid angle.
+    """
+    count = len(triangles)
+    lane = dr.arange(mi.UInt32, count * rays)
+    number, _ = divide(lane, rays)
+    key = mix(lane) ^ mix(mi.UInt32(seed) + 0x51ED)
+    direction = uniform_in_triangle(corners(triangles, number), to_unit(mix(key)), to_unit(mix(key ^ 0x2545F491)))
+    eye = mi.Point3f(*(dr.gather(mi.Float, mi.Float(eyes[:, k].astype(np.float32)), number) for k in range(3)))
+    return regions(subject, mi.Ray3f(eye, direction), rays, (count,))
+
+
+def look_through_blocks(subject: Subject, viewpoint: Viewpoints, lens: Lens, side: int, block: int) -> Regions:
+    """Return the complexity of blocks of ``block`` x ``block`` pixels of an image of ``side`` pixels, a multiple of it.
+
+    ``viewpoint`` is one. Regions are (rows, columns).
+    """
+    if side % block:
+        raise ValueError(f"an image of {side} pixels has no whole blocks of {block}")
+    rays, across = block * block, side // block
+    group, within = divide(dr.arange(mi.UInt32, side * side), rays)
+    down, right = divide(group, across)
+    row, column = divide(within, block)
+    pixel, wide = dr.opaque(mi.Float, 1 / side), dr.opaque(mi.UInt32, block)
+    u, v = (mi.Float(right * wide + column) + 0.5) * pixel, (mi.Float(down * wide + row) + 0.5) * pixel
+    ray, _ = world_ray(viewpoint, lens, dr.zeros(mi.UInt32, side * side), u, v)
+    return regions(subject, ray, rays, (across, across))
+
+
+def regions(subject: Subject, ray: Any, rays: int, shape: tuple[int, ...]) -> Regions:
+    """Trace rays that are ordered by region, ``rays`` each."""
+    found = subject.scene.ray_intersect_preliminary(ray)
+    hit = found.is_valid()
+    surface = dr.select(hit, subject.surface(found), subject.count)
+    dr.eval(surface, hit)
+    same = multiplicity(surface, rays)
+    return Regions(subject.count, same.numpy().reshape(*shape, rays), hit.numpy().reshape(*shape, rays))
+
+
+def corners(triangles: Floats, number: Any) -> tuple[Any, Any, Any]:
+    """Return the corners (mi.Vector3f) of the triangles that ``number`` names."""
+    table = mi.Float(triangles.astype(np.float32).ravel())
+    a, b, c = (mi.Vector3f(*(dr.gather(mi.Float, table, 9 * number + 3 * j + k) for k in range(3))) for j in range(3))
+    return a, b, c
+
+
+def uniform_in_triangle(corners: tuple[Any, Any, Any], u: Any, v: Any) -> Any:
+    """Return directions (mi.Vector3f) uniform in the solid angle of spherical triangles from uniform numbers.
+
+    J. Arvo, "Stratified sampling of spherical triangles", SIGGRAPH 1995: u cuts off a triangle A B C' of u times the
+    area, v is the height on the arc from B to C'. Triangles are counter-clockwise from outside.
+    """
+    a, b, c = corners
+    # Angles between the planes of the great circles.
+    ab, bc, ca = (dr.normalize(dr.cross(*pair)) for pair in ((a, b), (b, c), (c, a)))
+    alpha, beta, gamma = (dr.safe_acos(-dr.dot(*pair)) for pair in ((ca, ab), (ab, bc), (bc, ca)))
+    area = alpha + beta + gamma - dr.pi
+    sin_alpha, cos_alpha = dr.sincos(alpha)
+    s, t = dr.sincos(u * area - alpha)
+    cos_side = dr.dot(a, b)
+    p, q = t - cos_alpha, s + sin_alpha * cos_side
+    numerator = (q * t - p * s) * cos_alpha - q
+    denominator = (q * s + p * t) * sin_alpha
+    cosine = dr.clip(dr.select(denominator == 0, 1.0, numerator / denominator), -1, 1)
+    toward_c = dr.normalize(c - a * dr.dot(c, a))
+    on_ac = cosine * a + dr.safe_sqrt(1 - dr.square(cosine)) * toward_c
+    height = 1 - v * (1 - dr.dot(on_ac, b))
+    from_b = on_ac - b * dr.dot(on_ac, b)
+    length = dr.norm(from_b)
+    beside = dr.select(length > 0, from_b / length, 0)
+    return dr.normalize(height * b + dr.safe_sqrt(1 - dr.square(height)) * beside)
