@@ -142,6 +142,8 @@ def test_a_crystal_is_shown_along_its_rows(tmp_path):
         (["measure", "SCENE", "--surfaces", "atom"], "Unknown kind of surface 'atom'"),
         (["measure", "SCENE", "--cut", "3"], "are for molecules"),
         (["measure", "SCENE", "--distance", "-1"], "must be positive"),
+        (["measure", "SCENE", "--distance", "nan"], "must be positive"),
+        (["measure", "SCENE", "--centre", "0", "inf", "0"], "three finite numbers"),
         (["measure", "SCENE", "--up", "0", "0", "0"], "must have a direction"),
     ],
 )

@@ -39,8 +39,7 @@ def test_standard_errors_cover(subject, lens, background):
     covered = np.count_nonzero(np.abs(entropy - truth) < 1.96 * stderr)
     least, most = stats.binom.ppf([5e-4, 1 - 5e-4], 200, 0.95)
     assert covered >= least
-    if not isinstance(lens, Perspective):
-        assert covered <= most
+    assert covered <= most
 
 
 def test_the_error_falls_with_the_square_root_of_the_rays(subject):

@@ -3,6 +3,7 @@
 import mitsuba as mi
 import numpy as np
 import pytest
+from scipy import stats
 
 from tracer import complexity
 from tracer.errors import SceneError, SettingsError
@@ -107,6 +108,30 @@ def test_splitting_into_batches_changes_nothing(quads, monkeypatch):
         with monkeypatch.context() as patch:
             patch.setattr(item_buffer, "MOST_AREAS", 13)
             assert np.array_equal(seen(subject, views, Perspective(40), rays), whole)
+
+
+@pytest.mark.parametrize("fov", [1.0, 19.0, 90.0, 150.0])
+def test_random_rays_through_a_pinhole_are_uniform_in_solid_angle(fov):
+    lens = Perspective(fov)
+    generator = np.random.default_rng(2)
+    u, v = (mi.Float(generator.random(20000).astype(np.float32)) for _ in range(2))
+    _, direction, weight = lens.random_ray(u, v)
+    assert np.unique(weight.numpy()) == pytest.approx(lens.image_area)
+    x, y, z = np.array(direction).astype(float)
+    column, row = (np.clip((each / -z / lens.reach + 1) * 2, 0, 3.999).astype(int) for each in (x, y))
+    fine = (np.arange(400) + 0.5) / 200 - 1
+    density = (1 + (lens.reach * fine) ** 2 + (lens.reach * fine[:, None]) ** 2) ** -1.5
+    expected = density.reshape(4, 100, 4, 100).sum(axis=(1, 3)).ravel()
+    counts = np.bincount(4 * row + column, minlength=16)
+    assert stats.chisquare(counts, 20000 * expected / expected.sum()).pvalue > 0.001 / 4  # all four: 1 in 1000
+
+
+@pytest.mark.parametrize("rays", [Rays(side=20), Rays(random=400)])
+@pytest.mark.parametrize("lens", [Perspective(120), Perspective(20), Orthographic(0.1), WholeSphere()])
+def test_where_everything_hits_there_is_no_background(quads, lens, rays):
+    subject = open_subject(quads, "shape")
+    total = seen(subject, at(np.zeros((1, 3))), lens, rays).sum()
+    assert total == pytest.approx(lens.image_area, rel=1e-6)
 
 
 def test_random_rays_of_two_seeds_and_viewpoints_differ(quads):

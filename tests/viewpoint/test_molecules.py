@@ -142,5 +142,12 @@ def test_what_is_no_molecule(tmp_path):
         (tmp_path / name).write_text("ATOM  hello world\n")
         with pytest.raises(SceneError, match=r"not a molecule|no atoms"):
             read_atoms(tmp_path / name)
-    with pytest.raises(SettingsError, match="positive"):
-        open_molecule(Atoms(["C"], np.zeros((1, 3))), -1.0)
+    one = Atoms(["C"], np.zeros((1, 3)), np.eye(3))
+    for radius in (-1.0, 0.0, np.nan, np.inf):
+        with pytest.raises(SettingsError, match="positive"):
+            open_molecule(one, radius)
+        with pytest.raises(SettingsError, match="positive"):
+            ball(one, radius)
+    for much in (lambda: repeat(one, (400, 400, 400)), lambda: ball(one, 1e5)):
+        with pytest.raises(SettingsError, match="smaller ball"):
+            much()

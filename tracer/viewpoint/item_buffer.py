@@ -98,6 +98,9 @@ def projected_areas(
     ``pictures``: with depth, which needs a grid of rays.
     """
     size = max(1, min(MOST_RAYS // rays.count, MOST_AREAS // subject.count))
+    # So that rays which all hit add up to the whole image: a grid's weights have not quite the mean of the lens.
+    mean_weight = lens.image_area if rays.random else lens.mean_weight(rays.side)
+    area_of_unit = lens.image_area / mean_weight * lens.most / UNITS / rays.count
     for first in range(0, len(viewpoints), size):
         some = viewpoints[first : first + size]
         total = dr.zeros(mi.UInt64, len(some) * subject.count)
@@ -111,7 +114,7 @@ def projected_areas(
             depth = dr.select(part.hit, part.depth, dr.inf)
             dr.eval(total, depth if pictures else None)
             depths += [depth.numpy().reshape(len(some), -1)] if pictures else []
-        areas = mi.Float(mi.Float64(total) * dr.opaque(mi.Float64, lens.most / UNITS / rays.count))
+        areas = mi.Float(mi.Float64(total) * dr.opaque(mi.Float64, area_of_unit))
         images = np.concatenate(depths, axis=1).reshape(-1, rays.side, rays.side) if pictures else None
         yield Batch(first, np.asarray(areas.numpy()).reshape(len(some), subject.count), images)
 
@@ -147,15 +150,20 @@ def trace(
         row, column = divide(k, rays.side)
         pixel = dr.opaque(mi.Float, 1 / rays.side)
         u, v = (mi.Float(column) + 0.5) * pixel, (mi.Float(row) + 0.5) * pixel
-    ray, weight = world_ray(viewpoints, lens, viewpoint, u, v)
+    ray, weight = world_ray(viewpoints, lens, viewpoint, u, v, even=rays.random > 0)
     found = subject.scene.ray_intersect_preliminary(ray, coherent=not rays.random)
     depth = found.t * dr.dot(ray.d, gather_rows(viewpoints.forward, viewpoint))
     return Traced(viewpoint, found.is_valid(), subject.surface(found), depth, weight)
 
 
-def world_ray(viewpoints: Viewpoints, lens: Lens, viewpoint: Any, u: Any, v: Any) -> tuple[Any, Any]:
-    """Return the rays, and their weights, of viewpoints (mi.UInt32) at places (u, v) of the lens."""
-    origin, direction, weight = lens.ray(u, v)
+def world_ray(
+    viewpoints: Viewpoints, lens: Lens, viewpoint: Any, u: Any, v: Any, even: bool = False
+) -> tuple[Any, Any]:
+    """Return the rays, and their weights, of viewpoints (mi.UInt32) at places (u, v) of the lens.
+
+    ``even``: such that all weights are the same.
+    """
+    origin, direction, weight = lens.random_ray(u, v) if even else lens.ray(u, v)
     eye, right, up, forward = (
         gather_rows(rows, viewpoint) for rows in (viewpoints.eyes, viewpoints.right, viewpoints.up, viewpoints.forward)
     )

@@ -30,12 +30,20 @@ class Lens(ABC):
     def image_area(self) -> float:
         """Area of the image: in squared units of length for parallel rays, else steradians."""
 
+    def random_ray(self, u: Any, v: Any) -> tuple[Any, Any, Any]:
+        """Return the same such that all weights are ``image_area``: for random rays, of which all then count alike."""
+        return self.ray(u, v)
+
     wraps = False
     """Whether the left edge of the square is also its right one."""
 
     @property
     def most(self) -> float:
         """The largest weight of a ray."""
+        return self.image_area
+
+    def mean_weight(self, side: int) -> float:
+        """Return the mean weight of a grid of ``side`` x ``side`` rays."""
         return self.image_area
 
 
@@ -75,6 +83,19 @@ class Perspective(Lens):
         cosine = dr.rsqrt(1 + dr.square(x) + dr.square(y))
         return mi.Point3f(0), mi.Vector3f(x, y, -1) * cosine, 4 * dr.square(reach) * cosine * dr.square(cosine)
 
+    def random_ray(self, u: Any, v: Any) -> tuple[Any, Any, Any]:
+        """See ``Lens.random_ray``, uniform in solid angle: x from its marginal distribution, then y given x.
+
+        The density cos^3 t / area has the distribution atan(r x / sqrt(1 + r^2 + x^2)) of x, and given x that of y is
+        y / sqrt(1 + x^2 + y^2), both up to a factor; r is the reach.
+        """
+        r = dr.opaque(mi.Float, self.reach)
+        tangent = dr.tan((2 * u - 1) * dr.atan(dr.square(r) * dr.rsqrt(1 + 2 * dr.square(r))))
+        x = tangent * dr.sqrt((1 + dr.square(r)) / (dr.square(r) - dr.square(tangent)))
+        sine = (1 - 2 * v) * r * dr.rsqrt(1 + dr.square(r) + dr.square(x))
+        y = sine * dr.sqrt((1 + dr.square(x)) / (1 - dr.square(sine)))
+        return mi.Point3f(0), dr.normalize(mi.Vector3f(x, y, -1)), dr.opaque(mi.Float, self.image_area)
+
     @property
     def image_area(self) -> float:
         """See ``Lens.image_area``: the solid angle of a square pyramid."""
@@ -85,6 +106,11 @@ class Perspective(Lens):
     def most(self) -> float:
         """See ``Lens.most``: in the middle."""
         return 4 * self.reach**2
+
+    def mean_weight(self, side: int) -> float:
+        """See ``Lens.mean_weight``."""
+        places = ((2 * np.arange(side) + 1) / side - 1) * self.reach
+        return float(np.mean(self.most * (1 + places**2 + places[:, None] ** 2) ** -1.5))
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,8 @@ SUFFIXES = (".xyz", ".extxyz", ".cif", ".pdb", ".ent", ".cml", ".vasp", ".poscar
 BALL_LEVEL = 2
 """Of the icosphere that stands for an atom: 320 faces."""
 MOST_ATOMS = 20_000
+MOST_TRIED = 5_000_000
+"""Of which a ball is cut."""
 COVALENT_SHARE = 0.5
 """Balls have this part of the covalent radius unless told otherwise: as in a ball-and-stick model."""
 
@@ -104,6 +106,7 @@ def repeat(atoms: Atoms, times: tuple[int, int, int]) -> Atoms:
     cell = cell_of(atoms)
     if min(times) < 1:
         raise SettingsError(f"A cell is repeated at least once along each axis, not {times}.")
+    require_few(len(atoms) * int(np.prod(np.array(times, object))))
     shifts = np.stack(np.meshgrid(*(np.arange(n) for n in times), indexing="ij"), axis=-1).reshape(-1, 3) @ cell
     positions = (shifts[:, None] + atoms.positions).reshape(-1, 3)
     return Atoms(atoms.symbols * len(shifts), positions, cell * np.array(times)[:, None])
@@ -115,12 +118,15 @@ def ball(atoms: Atoms, radius: float, centre: ArrayLike | None = None) -> Atoms:
     A shape without corners of its own: a box cut from a crystal would show those. Raises SettingsError where the ball
     has no atom.
     """
+    if not 0 < radius < np.inf:
+        raise SettingsError(f"The radius of the ball to cut must be positive, not {radius:g}.")
     middle = atoms.positions.mean(axis=0) if centre is None else np.asarray(centre, np.float64)
     positions, symbols = atoms.positions, np.array(atoms.symbols)
     if atoms.cell is not None:
         heights = 1 / np.linalg.norm(np.linalg.inv(atoms.cell), axis=0)
         reach = np.linalg.norm(positions - middle, axis=1).max() + radius
         n = np.ceil(reach / heights).astype(int)
+        require_few(len(atoms) * int(np.prod(2 * n.astype(object) + 1)), MOST_TRIED)
         shifts = np.stack(np.meshgrid(*(np.arange(-k, k + 1) for k in n), indexing="ij"), axis=-1).reshape(-1, 3)
         positions = ((shifts @ atoms.cell)[:, None] + positions).reshape(-1, 3)
         symbols = np.tile(symbols, len(shifts))
@@ -158,9 +164,8 @@ def zone_axes(atoms: Atoms, most: int = 2) -> Floats:
 
 def open_molecule(atoms: Atoms, radius: float | None = None) -> Subject:
     """Return atoms as a subject, a surface an atom; ``radius``: of all balls, else half the covalent one of each."""
-    if len(atoms) > MOST_ATOMS:
-        raise SettingsError(f"{len(atoms)} atoms are more than {MOST_ATOMS}; cut a ball out of them, or repeat less.")
-    if radius is not None and not radius > 0:
+    require_few(len(atoms))
+    if radius is not None and not 0 < radius < np.inf:
         raise SettingsError(f"The radius of atoms must be positive, not {radius:g}.")
     radii = np.full(len(atoms), radius) if radius is not None else COVALENT_SHARE * covalent_radii(atoms.symbols)
     points, faces = icosphere(BALL_LEVEL)
@@ -179,9 +184,17 @@ def open_molecule(atoms: Atoms, radius: float | None = None) -> Subject:
     return open_subject(scene, groups=np.repeat(np.arange(len(atoms)), len(faces)))
 
 
+def require_few(count: int, most: int = MOST_ATOMS) -> None:
+    """Raise SettingsError for more atoms than can be looked at."""
+    if count > most:
+        raise SettingsError(f"{count} atoms are more than {most}; cut out a smaller ball, or repeat the cell less.")
+
+
 def covalent_radii(symbols: list[str]) -> Floats:
     """Return covalent radii (N,) by element (B. Cordero and others, Dalton Transactions, 2008); 0.7 of what is none."""
     from ase.data import atomic_numbers
     from ase.data import covalent_radii as table
 
-    return np.array([table[atomic_numbers[name]] if name in atomic_numbers else 0.7 for name in symbols], np.float64)
+    radii = np.array([table[atomic_numbers.get(name, 0)] for name in symbols], np.float64)
+    known = np.array([atomic_numbers.get(name, 0) > 0 for name in symbols]) & np.isfinite(radii)
+    return np.where(known, radii, 0.7)

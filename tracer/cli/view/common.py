@@ -63,8 +63,10 @@ def desk(
     from tracer.errors import SettingsError
     from tracer.files import prepare_folder
 
-    if distance is not None and not distance > 0:
+    if distance is not None and not 0 < distance < float("inf"):
         raise SettingsError(f"The distance must be positive, not {distance:g}.")
+    if not np.all(np.isfinite([*(centre or ()), *(up or ())])):
+        raise SettingsError("A place or direction is three finite numbers.")
     if up is not None and not any(up):
         raise SettingsError("What is upwards must have a direction, not 0 0 0.")
     backend.activate()
