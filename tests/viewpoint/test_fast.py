@@ -67,7 +67,8 @@ def test_the_correction_removes_the_bias_of_few_rays(subject):
 
 
 def test_shares_of_two_by_hand():
-    _, stderr, uncorrected = estimate(np.array([3.0, 1.0, 0.0]), 100)
+    _, stderr, uncorrected, once = estimate(np.array([3.0, 1.0, 0.0]), 100)
+    assert once == 0
     assert uncorrected == pytest.approx(2 - 0.75 * np.log2(3))
     assert stderr == pytest.approx(np.sqrt(0.75 * 0.25) * np.log2(3) / 10)
 
@@ -79,6 +80,14 @@ def test_the_expected_estimate_of_two_shares_is_their_entropy(rays):
     found = [grassberger(np.array([n, rays - n])) for n in counts]
     # The number of rays is taken to be random too: 1 / (2 N) nats.
     assert weights @ found == pytest.approx(2 - 0.75 * np.log2(3), abs=0.6 / (rays * np.log(2)))
+
+
+def test_surfaces_that_one_ray_hit_make_the_error_larger():
+    corrected, stderr, uncorrected, once = estimate(np.ones(50), 50)
+    assert once == 1
+    assert uncorrected == pytest.approx(np.log2(50))
+    assert stderr == pytest.approx(corrected - uncorrected)
+    assert stderr > 0.3
 
 
 def test_a_view_of_nothing(subject):

@@ -3,7 +3,9 @@
 The paper, section 3.2. The entropy of the shares that N rays observe is too low, by about (m - 1) / (2 N ln 2) bits for
 m surfaces, those included that no ray has hit yet. P. Grassberger's estimate, "Entropy estimates from insufficient
 samplings", arXiv:physics/0307138, knows nothing of these either and is off by less. The standard error is
-sqrt(Var(log2 p) / N) (G. Basharin, Theory of Probability and its Applications 4, 1959).
+sqrt(Var(log2 p) / N) (G. Basharin, Theory of Probability and its Applications 4, 1959), and where surfaces were hit but
+once, so that there are others that were not hit, as much of the correction as they are of all. Where nearly all were
+hit but once, no estimate can tell how many there are: the error is then larger than it says.
 """
 
 from __future__ import annotations
@@ -31,6 +33,8 @@ class Estimate:
     stderr: Floats
     uncorrected: Floats
     """Of the observed shares."""
+    once: Floats
+    """Share of the surfaces seen that one ray alone hit: an estimate is good where it is near 0."""
 
 
 def estimate_entropy(
@@ -50,19 +54,21 @@ def estimate_entropy(
             if background:
                 seen = np.append(seen, max(lens.image_area - seen.sum(), 0.0))
             found.append(estimate(seen, count))
-    return Estimate(*np.array(found, np.float64).reshape(-1, 3).T)
+    return Estimate(*np.array(found, np.float64).reshape(-1, 4).T)
 
 
-def estimate(areas: Floats, count: float) -> tuple[float, float, float]:
-    """Return (corrected entropy, standard error, entropy) of observed areas, seen by ``count`` rays."""
+def estimate(areas: Floats, count: float) -> tuple[float, float, float, float]:
+    """Return the fields of ``Estimate`` for observed areas, seen by ``count`` rays."""
     p = complexity.probabilities(areas)
     p = p[p > 0]
     if not len(p):
-        return 0.0, 0.0, 0.0
+        return 0.0, 0.0, 0.0, 0.0
     surprise = -np.log2(p)
     entropy = float(np.sum(p * surprise))
     variance = max(float(np.sum(p * surprise**2)) - entropy**2, 0.0)
-    return grassberger(np.rint(p * count)), float(np.sqrt(variance / count)), entropy
+    hits = np.rint(p * count)
+    corrected, once = grassberger(hits), float(np.mean(hits <= 1))
+    return corrected, float(np.hypot(np.sqrt(variance / count), once * (corrected - entropy))), entropy, once
 
 
 def grassberger(counts: Floats) -> float:

@@ -46,6 +46,7 @@ def test_the_report(public, tmp_path, monkeypatch):
         "SHOWN_MEASURES": ("entropy",),
         "NUMBERS_OF_RAYS": (100, 400),
         "SEEDS": 3,
+        "FEW_SURFACES": "two.xml",
     }
     for name, value in small.items():
         monkeypatch.setattr(everything, name, value)

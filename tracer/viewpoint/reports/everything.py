@@ -45,7 +45,9 @@ RATE_SIDE, RATE_LEVEL = 640, 3
 SEARCH_SIDE, SEARCH_LEVEL = 96, 2
 SHOWN_MEASURES = ("entropy", "mutual_information", "silhouette_length", "visible_saliency")
 """Of the sheets of pictures."""
-NUMBERS_OF_RAYS = (100, 400, 1600, 6400, 25600)
+NUMBERS_OF_RAYS = (100, 400, 1600, 6400, 25600, 102400)
+FEW_SURFACES = "spheres_and_rods.xml"
+"""What the fast estimate is shown on, beside a mesh of many faces."""
 SEEDS = 20
 
 
@@ -58,7 +60,7 @@ def everything(public: Path, scenes: Path, folder: Path, told: Told) -> list[str
     parts: list[tuple[str, Callable[[], Any]]] = [
         ("Rate", lambda: rate(opened["bunny.ply"])),
         ("Searches", lambda: searches(opened, folder, told)),
-        ("Convergence of the fast estimate", lambda: convergence(opened["bunny.ply"], folder)),
+        ("Convergence of the fast estimate", lambda: convergence(opened, folder)),
         ("Molecules", lambda: molecules(public / "molecules", folder, told)),
         ("Pictures", lambda: pictures(opened, folder, told)),
     ]
@@ -129,8 +131,23 @@ def searches(opened: dict[str, Opened], folder: Path, told: Told) -> list[dict[s
     return rows
 
 
-def convergence(opened: Opened, folder: Path) -> dict[str, Any]:
-    """Return the error of the entropy of the shapes' faces from random rays, and how often its interval holds it."""
+def convergence(opened: dict[str, Opened], folder: Path) -> dict[str, list[dict[str, Any]]]:
+    """Return the error of the entropy from random rays, and how often its interval holds it, by subject."""
+    found = {file: errors(opened[file]) for file in (FEW_SURFACES, "bunny.ply")}
+    drawn = plots.figure(4.2 * len(found), 3.6)
+    for axis, (file, rows) in zip(drawn.subplots(1, len(found)), found.items(), strict=True):
+        for name, style in (("error", "o-"), ("uncorrected", "s:"), ("standard error", "k--")):
+            axis.loglog([row["rays"] for row in rows], [row[name] for row in rows], style, label=name)
+        axis.set_title(file, fontsize=9)
+        axis.set_xlabel("random rays")
+        axis.set_ylabel("entropy, bits (RMS)")
+        axis.legend()
+    plots.save(drawn, folder / "convergence.png")
+    return found
+
+
+def errors(opened: Opened) -> list[dict[str, Any]]:
+    """Return the errors of a subject's entropy for each number of rays."""
     subject, place = opened.subject, stand(opened.subject)
     views = place.viewpoints(evenly(12))
     truth = survey(subject, views, place.lens, Rays(side=2048), ["entropy"])["entropy"]
@@ -146,17 +163,10 @@ def convergence(opened: Opened, folder: Path) -> dict[str, Any]:
                 "uncorrected": float(np.sqrt(np.mean([(one.uncorrected - truth) ** 2 for one in found]))),
                 "standard error": float(np.sqrt(np.mean(stderr**2))),
                 "within 1.96 standard errors": float(np.mean(np.abs(error) < 1.96 * stderr)),
+                "seen once": float(np.mean([one.once for one in found])),
             }
         )
-    drawn = plots.figure(5.2, 3.6)
-    axis = drawn.subplots()
-    for name, style in (("error", "o-"), ("uncorrected", "s:"), ("standard error", "k--")):
-        axis.loglog([row["rays"] for row in rows], [row[name] for row in rows], style, label=name)
-    axis.set_xlabel("random rays")
-    axis.set_ylabel("entropy, bits (RMS)")
-    axis.legend()
-    plots.save(drawn, folder / "convergence.png")
-    return {"subject": "bunny.ply, entropy of faces and background, 12 views", "rows": rows}
+    return rows
 
 
 def molecules(public: Path, folder: Path, told: Told) -> list[dict[str, Any]]:
