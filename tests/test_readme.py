@@ -14,8 +14,8 @@ def test_quoted_tables_are_those_of_the_results():
     readme = (ROOT / "README.md").read_text()
     assert quote(readme, ROOT) == readme, "run python -m tracer.study.quote README.md"
     blocks = BLOCK.findall(readme)
-    assert len(blocks) == 3
-    assert all(block[3].count("\n") > 4 for block in blocks)
+    assert len(blocks) == 4
+    assert all(block[3].count("\n") > 3 for block in blocks)
 
 
 @pytest.mark.parametrize("name", ["README.md", "tracer/study/README.md", "scenes/README.md"])
