@@ -106,7 +106,7 @@ def test_instability_by_brute_force(areas, values):
 
 
 def test_batches_change_nothing(subject, values, monkeypatch):
-    monkeypatch.setattr(item_buffer, "MOST_RAYS", 5 * RAYS.count)
+    monkeypatch.setattr(item_buffer, "MOST_RAYS", 5 * RAYS.count(Perspective(19)))
     views = around(subject.centre, 6 * subject.radius, DIRECTIONS)
     again = survey(subject, views, Perspective(19), RAYS, measures.names(), background=False, beside=BESIDE)
     assert all(np.array_equal(again[name], values[name]) for name in values)

@@ -32,6 +32,6 @@ def after_check(command: Callable[..., None]) -> Callable[..., None]:
 
 for function in (render.render, compare.compare, study.study, score.score, demo.demo, info.info):
     app.command()(after_check(function))
-for viewing in view.COMMANDS:
-    view.app.command()(after_check(viewing))
+for name, viewing in view.COMMANDS.items():
+    view.app.command(name)(after_check(viewing))
 app.add_typer(view.app, name="view")

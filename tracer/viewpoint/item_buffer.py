@@ -54,16 +54,19 @@ class Viewpoints:
 
 @dataclass(frozen=True)
 class Rays:
-    """How many rays leave a viewpoint: ``side`` x ``side``, evenly spread, or ``random`` ones of a ``seed``."""
+    """How many rays leave a viewpoint: a grid ``side`` rays wide, or ``random`` ones of a ``seed``."""
 
     side: int = 0
     random: int = 0
     seed: int = 0
 
-    @property
-    def count(self) -> int:
-        """Rays of one viewpoint."""
-        return self.random or self.side**2
+    def rows(self, lens: Lens) -> int:
+        """Return how many rows the grid has: ``side``, but in an image that is not square."""
+        return max(1, round(self.side / lens.aspect))
+
+    def count(self, lens: Lens) -> int:
+        """Return how many rays leave one viewpoint."""
+        return self.random or self.side * self.rows(lens)
 
 
 @dataclass(frozen=True)
@@ -74,7 +77,7 @@ class Batch:
     areas: Singles
     """(B, Z): projected area of each surface, in the unit of the lens."""
     depth: Singles | None = None
-    """(B, side, side): distance along the viewing direction, infinite for background; where pictures were asked for."""
+    """(B, rows, side): distance along the viewing direction, infinite for background; where pictures were asked for."""
 
 
 def around(centre: Floats, distance: float, directions: Floats, up: Floats | None = None) -> Viewpoints:
@@ -97,16 +100,17 @@ def projected_areas(
     Sums are of integers, so that they do not depend on the order in which threads add, nor on the size of batches.
     ``pictures``: with depth, which needs a grid of rays.
     """
-    size = max(1, min(MOST_RAYS // rays.count, MOST_AREAS // subject.count))
+    each = rays.count(lens)
+    size = max(1, min(MOST_RAYS // each, MOST_AREAS // subject.count))
     # So that rays which all hit add up to the whole image: a grid's weights have not quite the mean of the lens.
-    mean_weight = lens.image_area if rays.random else lens.mean_weight(rays.side)
-    area_of_unit = lens.image_area / mean_weight * lens.most / UNITS / rays.count
+    mean_weight = lens.image_area if rays.random else lens.mean_weight(rays.side, rays.rows(lens))
+    area_of_unit = lens.image_area / mean_weight * lens.most / UNITS / each
     for first in range(0, len(viewpoints), size):
         some = viewpoints[first : first + size]
         total = dr.zeros(mi.UInt64, len(some) * subject.count)
         depths = []
-        for begin in range(0, rays.count, MOST_RAYS):
-            part = trace(subject, some, lens, rays, first, begin, min(MOST_RAYS, rays.count - begin))
+        for begin in range(0, each, MOST_RAYS):
+            part = trace(subject, some, lens, rays, first, begin, min(MOST_RAYS, each - begin))
             number = part.viewpoint * dr.opaque(mi.UInt32, subject.count) + part.surface
             units = mi.UInt64(part.weight * dr.opaque(mi.Float, UNITS / lens.most))
             # Rays of a wavefront hit so many surfaces that to add them up before scattering only costs.
@@ -115,7 +119,7 @@ def projected_areas(
             dr.eval(total, depth if pictures else None)
             depths += [depth.numpy().reshape(len(some), -1)] if pictures else []
         areas = mi.Float(mi.Float64(total) * dr.opaque(mi.Float64, area_of_unit))
-        images = np.concatenate(depths, axis=1).reshape(-1, rays.side, rays.side) if pictures else None
+        images = np.concatenate(depths, axis=1).reshape(-1, rays.rows(lens), rays.side) if pictures else None
         yield Batch(first, np.asarray(areas.numpy()).reshape(len(some), subject.count), images)
 
 
@@ -145,14 +149,15 @@ def trace(
         u, v = to_unit(mix(key ^ mix(2 * k))), to_unit(mix(key ^ mix(2 * k + 1)))
     elif lens.wraps:
         # A Fibonacci lattice: rows of a grid would all begin and end at the same edges of what is seen.
-        u, v = to_unit(k * GOLDEN_RATIO), (mi.Float(k) + 0.5) * dr.opaque(mi.Float, 1 / rays.count)
+        u, v = to_unit(k * GOLDEN_RATIO), (mi.Float(k) + 0.5) * dr.opaque(mi.Float, 1 / rays.count(lens))
     else:
         row, column = divide(k, rays.side)
-        pixel = dr.opaque(mi.Float, 1 / rays.side)
-        u, v = (mi.Float(column) + 0.5) * pixel, (mi.Float(row) + 0.5) * pixel
+        wide, high = dr.opaque(mi.Float, 1 / rays.side), dr.opaque(mi.Float, 1 / rays.rows(lens))
+        u, v = (mi.Float(column) + 0.5) * wide, (mi.Float(row) + 0.5) * high
     ray, weight = world_ray(viewpoints, lens, viewpoint, u, v, even=rays.random > 0)
     found = subject.scene.ray_intersect_preliminary(ray, coherent=not rays.random)
-    depth = found.t * dr.dot(ray.d, gather_rows(viewpoints.forward, viewpoint))
+    from_eye = ray.o - gather_rows(viewpoints.eyes, viewpoint)
+    depth = dr.dot(from_eye + found.t * ray.d, gather_rows(viewpoints.forward, viewpoint))
     return Traced(viewpoint, found.is_valid(), subject.surface(found), depth, weight)
 
 
@@ -168,7 +173,8 @@ def world_ray(
         gather_rows(rows, viewpoint) for rows in (viewpoints.eyes, viewpoints.right, viewpoints.up, viewpoints.forward)
     )
     toward = direction.x * right + direction.y * up - direction.z * forward
-    return mi.Ray3f(mi.Point3f(eye + origin.x * right + origin.y * up), toward), weight
+    start = eye + origin.x * right + origin.y * up - origin.z * forward
+    return mi.Ray3f(mi.Point3f(start), toward), weight
 
 
 def to_unit(bits: Any) -> Any:

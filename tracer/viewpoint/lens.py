@@ -36,14 +36,16 @@ class Lens(ABC):
 
     wraps = False
     """Whether the left edge of the square is also its right one."""
+    aspect = 1.0
+    """Width of the image over its height: a grid of rays has as many more columns than rows."""
 
     @property
     def most(self) -> float:
         """The largest weight of a ray."""
         return self.image_area
 
-    def mean_weight(self, side: int) -> float:
-        """Return the mean weight of a grid of ``side`` x ``side`` rays."""
+    def mean_weight(self, columns: int, rows: int) -> float:
+        """Return the mean weight of a grid of rays."""
         return self.image_area
 
 
@@ -107,10 +109,10 @@ class Perspective(Lens):
         """See ``Lens.most``: in the middle."""
         return 4 * self.reach**2
 
-    def mean_weight(self, side: int) -> float:
+    def mean_weight(self, columns: int, rows: int) -> float:
         """See ``Lens.mean_weight``."""
-        places = ((2 * np.arange(side) + 1) / side - 1) * self.reach
-        return float(np.mean(self.most * (1 + places**2 + places[:, None] ** 2) ** -1.5))
+        x, y = (((2 * np.arange(count) + 1) / count - 1) * self.reach for count in (columns, rows))
+        return float(np.mean(self.most * (1 + x**2 + y[:, None] ** 2) ** -1.5))
 
 
 @dataclass(frozen=True)

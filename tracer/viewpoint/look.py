@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tracer.draw import divide
 from tracer.score import encode_srgb
-from tracer.viewpoint.item_buffer import Viewpoints, world_ray
+from tracer.viewpoint.item_buffer import Rays, Viewpoints, world_ray
 from tracer.viewpoint.lens import Lens
 from tracer.viewpoint.subject import Subject
 
@@ -24,7 +24,7 @@ AMBIENT = 0.15
 def look(
     subject: Subject, viewpoints: Viewpoints, lens: Lens, size: int, colours: Floats | None = None
 ) -> list[Floats]:
-    """Return a picture (size, size, 3) in [0, 1], encoded as sRGB, of each view.
+    """Return a picture (rows, size, 3) in [0, 1], encoded as sRGB, of each view; as many rows as the lens has it.
 
     ``colours`` (Z, 3) of the surfaces; unless given, the diffuse reflectance of their materials.
     """
@@ -33,11 +33,12 @@ def look(
 
 def look_once(subject: Subject, viewpoint: Viewpoints, lens: Lens, size: int, colours: Floats | None) -> Floats:
     """Return one picture."""
-    side = size * FINER
-    row, column = divide(dr.arange(mi.UInt32, side * side), side)
-    pixel = dr.opaque(mi.Float, 1 / side)
-    zero = dr.zeros(mi.UInt32, side * side)
-    ray, _ = world_ray(viewpoint, lens, zero, (mi.Float(column) + 0.5) * pixel, (mi.Float(row) + 0.5) * pixel)
+    rows = Rays(side=size).rows(lens)
+    count = FINER**2 * size * rows
+    row, column = divide(dr.arange(mi.UInt32, count), size * FINER)
+    wide, high = dr.opaque(mi.Float, 1 / (size * FINER)), dr.opaque(mi.Float, 1 / (rows * FINER))
+    zero = dr.zeros(mi.UInt32, count)
+    ray, _ = world_ray(viewpoint, lens, zero, (mi.Float(column) + 0.5) * wide, (mi.Float(row) + 0.5) * high)
     found = subject.scene.ray_intersect_preliminary(ray, coherent=True)
     hit = found.is_valid()
     interaction = found.compute_surface_interaction(ray, mi.RayFlags.All, hit)
@@ -50,5 +51,5 @@ def look_once(subject: Subject, viewpoint: Viewpoints, lens: Lens, size: int, co
         colour = mi.Color3f(*(dr.gather(mi.Float, table, 3 * surface + k, hit) for k in range(3)))
     cosine = dr.abs(dr.dot(interaction.sh_frame.n, ray.d))
     shaded = dr.select(hit, colour * (AMBIENT + (1 - AMBIENT) * cosine), BACKGROUND)
-    image = np.array(shaded, np.float64).T.reshape(size, FINER, size, FINER, 3).mean(axis=(1, 3))
+    image = np.array(shaded, np.float64).T.reshape(rows, FINER, size, FINER, 3).mean(axis=(1, 3))
     return np.asarray(encode_srgb(np.nan_to_num(image)))

@@ -75,11 +75,42 @@ def draw_sphere(
             if depth[0] >= 0:
                 axis.plot(x, y, "x", color="red", markersize=7, markeredgewidth=2)
                 axis.annotate(name, (x[0], y[0]), color="white", fontsize=7, xytext=(4, 4), textcoords="offset points")
-        axis.set_title("from below" if below else "from above", fontsize=8)
-        axis.set_xlim(-1.03, 1.03)
-        axis.set_ylim(-1.03, 1.03)
-        axis.set_aspect("equal")
-        axis.axis("off")
+        finish(axis, "from below" if below else "from above")
+    return patches
+
+
+def finish(axis: Any, title: str) -> None:
+    """Name a disc and show it whole, without axes."""
+    axis.set_title(title, fontsize=8)
+    axis.set_xlim(-1.03, 1.03)
+    axis.set_ylim(-1.03, 1.03)
+    axis.set_aspect("equal")
+    axis.axis("off")
+
+
+def draw_parts(
+    axes: Sequence[Any], points: Floats, triangles: Integers, values: Floats, up: Floats, most: float
+) -> Any:
+    """Draw spherical triangles (T, 3) of directions, each in the colour of its value, 0 to ``most``; see draw_sphere.
+
+    A triangle that crosses the horizon is drawn on both discs. Return the coloured patches.
+    """
+    from matplotlib.collections import PolyCollection
+
+    share = np.linspace(0, 1, 9)[:-1, None]
+    corners = points[triangles]
+    sides = [corners[:, k, None] * (1 - share) + corners[:, (k + 1) % 3, None] * share for k in range(3)]
+    outlines = normalised(np.concatenate(sides, axis=1))
+    patches = None
+    for axis, below in zip(axes, (False, True), strict=True):
+        x, y, depth = flat(outlines, up, below)
+        near = depth.max(axis=1) > 1e-6
+        patches = PolyCollection(np.stack([x, y], axis=-1)[near], array=values[near], cmap="viridis")
+        patches.set_clim(0, most)
+        rim = axis.add_patch(circle())
+        axis.add_collection(patches)
+        patches.set_clip_path(rim)
+        finish(axis, "looking down" if below else "looking up")
     return patches
 
 

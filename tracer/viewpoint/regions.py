@@ -71,21 +71,22 @@ def look_through_triangles(subject: Subject, eyes: Floats, triangles: Floats, ra
     return regions(subject, mi.Ray3f(eye, direction), rays, (count,))
 
 
-def look_through_blocks(subject: Subject, viewpoint: Viewpoints, lens: Lens, side: int, block: int) -> Regions:
-    """Return the complexity of blocks of ``block`` x ``block`` pixels of an image of ``side`` pixels, a multiple of it.
+def look_through_blocks(
+    subject: Subject, viewpoint: Viewpoints, lens: Lens, across: int, down: int, side: int
+) -> Regions:
+    """Return the complexity of ``across`` x ``down`` blocks of an image, with ``side`` x ``side`` rays each.
 
-    ``viewpoint`` is one. Regions are (rows, columns).
+    ``viewpoint`` is one. Regions are (down, across).
     """
-    if side % block:
-        raise ValueError(f"an image of {side} pixels has no whole blocks of {block}")
-    rays, across = block * block, side // block
-    group, within = divide(dr.arange(mi.UInt32, side * side), rays)
-    down, right = divide(group, across)
-    row, column = divide(within, block)
-    pixel, wide = dr.opaque(mi.Float, 1 / side), dr.opaque(mi.UInt32, block)
-    u, v = (mi.Float(right * wide + column) + 0.5) * pixel, (mi.Float(down * wide + row) + 0.5) * pixel
-    ray, _ = world_ray(viewpoint, lens, dr.zeros(mi.UInt32, side * side), u, v)
-    return regions(subject, ray, rays, (across, across))
+    rays, count = side * side, across * down * side * side
+    group, within = divide(dr.arange(mi.UInt32, count), rays)
+    row, column = divide(group, across)
+    low, right = divide(within, side)
+    wide, high = dr.opaque(mi.Float, 1 / (across * side)), dr.opaque(mi.Float, 1 / (down * side))
+    step = dr.opaque(mi.UInt32, side)
+    u, v = (mi.Float(column * step + right) + 0.5) * wide, (mi.Float(row * step + low) + 0.5) * high
+    ray, _ = world_ray(viewpoint, lens, dr.zeros(mi.UInt32, count), u, v)
+    return regions(subject, ray, rays, (down, across))
 
 
 def regions(subject: Subject, ray: Any, rays: int, shape: tuple[int, ...]) -> Regions:

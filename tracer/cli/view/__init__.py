@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import typer
 
-from tracer.cli.view import best, cover, measure, report, tour
+from tracer.cli.view import best, complexity_map, cover, measure, report, tour
 
 app = typer.Typer(help="Find good views of a scene, mesh or molecule.", no_args_is_help=True)
-COMMANDS = (measure.measure, best.best, tour.tour, cover.cover, report.report)
+COMMANDS = {
+    "measure": measure.measure,
+    "map": complexity_map.complexity_map,
+    "best": best.best,
+    "tour": tour.tour,
+    "cover": cover.cover,
+    "report": report.report,
+}

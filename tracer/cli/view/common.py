@@ -76,9 +76,14 @@ def desk(
     from tracer.viewpoint.source import Crystal, open_source
 
     opened = open_source(source, surfaces, Crystal(repeat, cut, atom_radius))
+    new = not output.exists()
     prepare_folder(output, overwrite, results)
     parallel = opened.orthographic if orthographic is None else orthographic
     middle: Any = None if centre is None else np.array(centre)
     place = stand(opened.subject, distance, middle, up or opened.up, parallel)
-    with steps(quiet) as told:
-        yield Desk(opened, place, Rays(side=side), background, output, told)
+    try:
+        with steps(quiet) as told:
+            yield Desk(opened, place, Rays(side=side), background, output, told)
+    finally:
+        if new and output.is_dir() and not any(output.iterdir()):
+            output.rmdir()  # nothing came of it

@@ -77,7 +77,7 @@ def rate(opened: Opened) -> dict[str, Any]:
     """Return seconds and rays per second of the item buffer, and of nothing but intersections of the same rays."""
     subject, place = opened.subject, stand(opened.subject)
     views, rays = place.viewpoints(icosphere(RATE_LEVEL)[0]), Rays(side=RATE_SIDE)
-    size = max(1, MOST_RAYS // rays.count)
+    size = max(1, MOST_RAYS // rays.count(place.lens))
 
     def item_buffer() -> None:
         for _ in projected_areas(subject, views, place.lens, rays):
@@ -85,7 +85,7 @@ def rate(opened: Opened) -> dict[str, Any]:
 
     def intersections() -> None:
         for first in range(0, len(views), size):
-            found = trace(subject, views[first : first + size], place.lens, rays, first, 0, rays.count)
+            found = trace(subject, views[first : first + size], place.lens, rays, first, 0, rays.count(place.lens))
             dr.eval(found.hit, found.depth)
             dr.sync_thread()
 
@@ -95,7 +95,7 @@ def rate(opened: Opened) -> dict[str, Any]:
             start = time.perf_counter()
             run()
             seconds[name].append(time.perf_counter() - start)
-    count = len(views) * rays.count
+    count = len(views) * rays.count(place.lens)
     shortest = {name: min(times[1:]) for name, times in seconds.items()}  # the first compiles
     return {
         "what": f"{len(views)} views of {RATE_SIDE} x {RATE_SIDE} of bunny.ply, {subject.count} faces",

@@ -1,0 +1,74 @@
+"""Command ``view map``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from tracer.cli import options
+from tracer.cli.view import common
+
+
+def complexity_map(
+    source: common.Source,
+    output: common.Output,
+    kind: Annotated[
+        str, typer.Option("--kind", "-k", help="entropy, gini, distinct or viewpoint_complexity.")
+    ] = "entropy",
+    sensor: Annotated[int, typer.Option(help="Which camera of the scene, from 0.", min=0)] = 0,
+    eye: Annotated[
+        common.Three | None, typer.Option("--from", help="Look from here at the centre, not through a camera.")
+    ] = None,
+    blocks: Annotated[int, typer.Option(help="Blocks across the image.", min=1, max=256)] = 32,
+    level: Annotated[int, typer.Option(help="Triangles around the eye: 8 * 4^level.", min=0, max=5)] = 3,
+    surfaces: common.Surfaces = None,
+    side: common.Side = 256,
+    background: common.Background = True,
+    centre: common.Centre = None,
+    up: common.Up = None,
+    orthographic: common.Orthographic = None,
+    repeat: common.Repeat = None,
+    cut: common.Cut = None,
+    atom_radius: common.AtomRadius = None,
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
+) -> None:
+    """Show how complex each part of one view is: blocks of the image, and triangles all around the eye.
+
+    Example: tracer view map scene.xml --surfaces shape -o map
+    """
+    from dataclasses import replace
+
+    import numpy as np
+
+    from tracer.cli.show import simple_table
+    from tracer.errors import SettingsError
+    from tracer.viewpoint.reports import complexity_map as report
+
+    if kind not in report.KINDS:
+        raise SettingsError(f"Unknown kind of complexity '{kind}'; choose one of {', '.join(report.KINDS)}.")
+    if eye is not None and not np.all(np.isfinite(eye)):
+        raise SettingsError("A place or direction is three finite numbers.")
+    with common.desk(
+        source,
+        output,
+        report.FILES,
+        surfaces=surfaces,
+        side=side,
+        background=background,
+        distance=None,
+        centre=centre,
+        up=up,
+        orthographic=orthographic,
+        repeat=repeat,
+        cut=cut,
+        atom_radius=atom_radius,
+        overwrite=overwrite,
+        quiet=quiet,
+    ) as desk:
+        view, lens = report.view_from(desk, sensor, eye)
+        standing = replace(desk.stand, lens=lens)
+        lines = report.complexity_map(replace(desk, stand=standing), view, kind, blocks, level)
+    if not quiet:
+        simple_table(report.HEADINGS, lines)

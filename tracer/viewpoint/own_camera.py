@@ -1,0 +1,116 @@
+"""A scene's own camera as a lens: whatever rays a sensor of Mitsuba sends, through the middle of its aperture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer.draw import divide
+from tracer.errors import SceneError
+from tracer.viewpoint.item_buffer import Viewpoints
+from tracer.viewpoint.lens import Lens
+
+Floats = NDArray[np.float64]
+STEP = 1 / 1024
+"""Of differences, as a share of the image."""
+GRID = 128
+"""Rays a side that find the area of the image."""
+
+
+@dataclass(frozen=True, eq=False)
+class SensorLens(Lens):
+    """The image of a sensor. Its rays are in the frame of ``view``, which stands where the sensor does."""
+
+    sensor: Any
+    view: Viewpoints
+    parallel: bool
+    """Whether the weight of a ray is an area, not a solid angle."""
+    area: float
+    largest: float
+    aspect: float = 1.0
+
+    def ray(self, u: Any, v: Any) -> tuple[Any, Any, Any]:
+        """See ``Lens.ray``: the weight by differences of rays."""
+        ray = world_ray_of(self.sensor, u, v)
+        return self.inward(ray.o - mi.Point3f(self.view.eyes[0].tolist())), self.inward(ray.d), self.weight(u, v)
+
+    def inward(self, vector: Any) -> Any:
+        """Return a vector of the world in the frame of the view."""
+        axes = (self.view.right[0], self.view.up[0], -self.view.forward[0])
+        return mi.Vector3f(*(dr.dot(vector, mi.Vector3f(axis.tolist())) for axis in axes))
+
+    def weight(self, u: Any, v: Any) -> Any:
+        """Return the derivative of solid angle, or of area across the ray, by that of the square."""
+        return weight_of(self.sensor, u, v, self.parallel)
+
+    @property
+    def image_area(self) -> float:
+        """See ``Lens.image_area``."""
+        return self.area
+
+    @property
+    def most(self) -> float:
+        """See ``Lens.most``."""
+        return self.largest
+
+    def mean_weight(self, columns: int, rows: int) -> float:
+        """See ``Lens.mean_weight``."""
+        return float(grid_weights(self.sensor, columns, rows, self.parallel).mean())
+
+
+def own_camera(scene: Any, number: int = 0) -> tuple[Viewpoints, SensorLens, tuple[int, int]]:
+    """Return (one viewpoint, lens, (columns, rows) of the film) of a sensor of a scene. Raises SceneError."""
+    sensors = scene.sensors()
+    if not 0 <= number < len(sensors):
+        there = f"it has {len(sensors)}, numbered from 0" if sensors else "it has none"
+        raise SceneError(f"The scene has no camera {number}: {there}.")
+    sensor = sensors[number]
+    middle = world_ray_of(sensor, mi.Float(0.5), mi.Float(0.5))
+    down = world_ray_of(sensor, mi.Float(0.5), mi.Float(0.5 + 16 * STEP))
+    columns, rows = (int(size) for size in sensor.film().crop_size())
+    forward, lower = (np.array(one.d, np.float64).ravel() for one in (middle, down))
+    downward = lower - forward
+    if np.linalg.norm(downward) < 1e-7:  # parallel rays
+        downward = np.array(down.o - middle.o, np.float64).ravel()
+    downward -= np.dot(downward, forward) * forward
+    if columns * rows < 2 or not np.all(np.isfinite(downward)) or np.linalg.norm(downward) < 1e-12:
+        raise SceneError(f"Sensor {number} of the scene is no camera: its rays form no image.")
+    forward /= np.linalg.norm(forward)
+    up = -downward / np.linalg.norm(downward)
+    eye = np.array(sensor.world_transform().translation(), np.float64).ravel()
+    view = Viewpoints(eye[None], forward[None], np.cross(forward, up)[None], up[None])
+    weights = grid_weights(sensor, GRID, GRID, False)
+    parallel = bool(weights.max() < 1e-9)
+    if parallel:
+        weights = grid_weights(sensor, GRID, GRID, True)
+    lens = SensorLens(sensor, view, parallel, float(weights.mean()), 1.1 * float(weights.max()), columns / rows)
+    return view, lens, (columns, rows)
+
+
+def world_ray_of(sensor: Any, u: Any, v: Any) -> Any:
+    """Return the rays of a sensor through places (mi.Float) of its image."""
+    ray, _ = sensor.sample_ray(mi.Float(0), mi.Float(0.5), mi.Point2f(u, v), mi.Point2f(0.5, 0.5))
+    return ray
+
+
+def weight_of(sensor: Any, u: Any, v: Any, parallel: bool) -> Any:
+    """See ``SensorLens.weight``."""
+    h = dr.opaque(mi.Float, STEP)
+    right, left = world_ray_of(sensor, u + h, v), world_ray_of(sensor, u - h, v)
+    below, above = world_ray_of(sensor, u, v + h), world_ray_of(sensor, u, v - h)
+    if parallel:
+        turned = dr.cross(right.o - left.o, below.o - above.o)
+        return dr.abs(dr.dot(turned, right.d)) / dr.square(2 * h)
+    return dr.norm(dr.cross(right.d - left.d, below.d - above.d)) / dr.square(2 * h)
+
+
+def grid_weights(sensor: Any, columns: int, rows: int, parallel: bool) -> Floats:
+    """Return the weights (columns * rows,) of a grid of rays."""
+    row, column = divide(dr.arange(mi.UInt32, columns * rows), columns)
+    u, v = (mi.Float(column) + 0.5) / columns, (mi.Float(row) + 0.5) / rows
+    return np.array(weight_of(sensor, u, v, parallel), np.float64)

@@ -1,0 +1,130 @@
+"""Complexity of the parts of a view: blocks of the image, and spherical triangles all around the eye."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer import files
+from tracer.errors import SceneError, SettingsError
+from tracer.viewpoint import measures, plots
+from tracer.viewpoint.gauge import stand
+from tracer.viewpoint.item_buffer import Viewpoints
+from tracer.viewpoint.lens import Lens, Orthographic
+from tracer.viewpoint.own_camera import own_camera
+from tracer.viewpoint.regions import Regions, look_through_blocks, look_through_triangles
+from tracer.viewpoint.reports.desk import Desk, csv, number
+from tracer.viewpoint.sphere import normalised, octants, solid_angle, split
+from tracer.viewpoint.survey import survey
+
+Floats = NDArray[np.float64]
+FILES = ("map.png", "blocks.csv", "triangles.csv")
+HEADINGS = ("of the view", "value")
+KINDS = ("entropy", "gini", "distinct", "viewpoint_complexity")
+"""Of regions."""
+RAYS = 16
+"""Along each side of a block; a triangle has as many rays."""
+WIDTH = 960
+"""Of the picture beside the map."""
+
+
+def view_from(desk: Desk, sensor: int, eye: tuple[float, float, float] | None) -> tuple[Viewpoints, Lens]:
+    """Return the view, and its lens, of a camera of the scene, or from ``eye`` at the desk's centre.
+
+    Raises SceneError without a camera, SettingsError for an eye at the centre.
+    """
+    subject, centre = desk.opened.subject, desk.stand.centre
+    if eye is None:
+        if not subject.scene.sensors():
+            raise SceneError("There is no camera to look through; say from where to look with --from X Y Z.")
+        view, lens, _ = own_camera(subject.scene, sensor)
+        return view, lens
+    outward = np.array(eye) - centre
+    distance = float(np.linalg.norm(outward))
+    if distance == 0:
+        raise SettingsError("The eye is where it looks at; give another --from, or another --centre.")
+    orthographic = isinstance(desk.stand.lens, Orthographic)
+    place = stand(subject, distance, centre, desk.stand.up, orthographic)
+    return place.viewpoints(outward[None] / distance), place.lens
+
+
+def complexity_map(desk: Desk, view: Viewpoints, kind: str, blocks: int, level: int) -> list[list[str]]:
+    """Write ``FILES`` and return the lines of the table under ``HEADINGS``: measures of the view as a whole.
+
+    ``view`` is one, through the desk's lens. ``kind``: one of ``KINDS``. ``blocks`` across the image, and as many down
+    as make them square; ``level``: times that the 8 spherical triangles around the eye are split in four.
+    """
+    subject, lens = desk.opened.subject, desk.stand.lens
+    down = max(1, round(blocks / lens.aspect))
+    desk.say("blocks", 0, 4)
+    image = look_through_blocks(subject, view, lens, blocks, down, RAYS)
+    desk.say("triangles", 1, 4)
+    points, triangles = spherical_triangles(level)
+    eyes = np.repeat(view.eyes, len(triangles), axis=0)
+    around = look_through_triangles(subject, eyes, points[triangles], RAYS**2)
+    desk.say("pictures", 2, 4)
+    picture = desk.pictures(view, WIDTH)[0]
+    draw(desk.folder / "map.png", picture, image, around, points, triangles, kind, desk.stand.up)
+    rows, columns = np.indices((down, blocks)).reshape(2, -1)
+    values = [[*(getattr(image, name).ravel() for name in KINDS)], [*(getattr(around, name) for name in KINDS)]]
+    table = zip(rows, columns, *values[0], strict=True)
+    files.write_text(desk.folder / "blocks.csv", csv(("row", "column", *KINDS), list(table)))
+    middles, areas = normalised(points[triangles].sum(axis=1)), solid_angle(*points[triangles].transpose(1, 0, 2))
+    table = zip(*middles.T, areas, *values[1], strict=True)
+    files.write_text(desk.folder / "triangles.csv", csv(("x", "y", "z", "steradians", *KINDS), list(table)))
+    desk.say("measures", 3, 4)
+    return measured(desk, view, lens)
+
+
+def spherical_triangles(level: int) -> tuple[Floats, NDArray[np.int64]]:
+    """Return the paper's 8 triangles (section 4.1.1), split ``level`` times: directions (N, 3), triangles (T, 3)."""
+    points, triangles = octants()
+    for _ in range(level):
+        points, triangles = split(points, triangles)
+    return points, triangles
+
+
+def measured(desk: Desk, view: Viewpoints, lens: Lens) -> list[list[str]]:
+    """Return (name, value) of all measures that one view has by itself."""
+    subject = desk.opened.subject
+    others = {"channel", "neighbours", "saliency", *(() if len(subject.mesh.triangles) else ("mesh",))}
+    names = [name for name in measures.names() if not others & set(measures.get(name).needs)]
+    values = survey(subject, view, lens, desk.rays, names, background=desk.background)
+    return [[name, number(values[name][0])] for name in names]
+
+
+def draw(
+    path: Path,
+    picture: Floats,
+    image: Regions,
+    around: Regions,
+    points: Floats,
+    triangles: NDArray[np.int64],
+    kind: str,
+    up: Floats,
+) -> None:
+    """Draw the picture, its blocks, and what lies all around, in one scale of colours."""
+    blocks, parts = getattr(image, kind), getattr(around, kind)
+    most = max(float(blocks.max()), float(parts.max()), 1e-9)
+    aspect = picture.shape[1] / picture.shape[0]
+    drawn = plots.figure(11.0, 5.5 / aspect + 5.2)
+    above, below = drawn.subfigures(2, 1, height_ratios=(5.5 / aspect + 0.3, 4.9))
+    left, right = above.subplots(1, 2)
+    left.imshow(picture, aspect="equal")
+    left.set_title("the view", fontsize=9)
+    height, width = picture.shape[:2]
+    right.imshow(picture.mean(axis=2), cmap="gray", vmin=0, vmax=1)
+    shown = right.imshow(
+        blocks, extent=(0, width, height, 0), alpha=0.8, vmin=0, vmax=most, cmap="viridis", interpolation="nearest"
+    )
+    right.set_title(f"{kind} of {blocks.shape[1]} x {blocks.shape[0]} blocks", fontsize=9)
+    above.colorbar(shown, ax=[left, right], shrink=0.9)
+    for axis in (left, right):
+        axis.axis("off")
+    discs = list(below.subplots(1, 2))
+    shown = plots.draw_parts(discs, points, triangles, parts, up, most)
+    below.suptitle(f"{kind} of {len(triangles)} spherical triangles around the eye", fontsize=9)
+    below.colorbar(shown, ax=discs, shrink=0.8)
+    plots.save(drawn, path)
