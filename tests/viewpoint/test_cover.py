@@ -24,7 +24,7 @@ def cube(quads):
     return subject, around(subject.centre, 3, DIRECTIONS), Orthographic(1)
 
 
-@pytest.mark.parametrize("rule", ["entropy", "area"])
+@pytest.mark.parametrize("rule", ["entropy", "area", "divergence"])
 def test_a_cube_needs_two_views_of_corners(cube, rule):
     found = cover(*cube, RAYS, quality=0.5, rule=rule)
     assert len(found.chosen) == 2
@@ -39,7 +39,7 @@ def test_six_views_if_each_face_must_be_seen_from_its_front(cube):
 
 
 @pytest.mark.parametrize("quality", [0.2, 0.5, 0.8])
-@pytest.mark.parametrize("rule", ["entropy", "area"])
+@pytest.mark.parametrize("rule", ["entropy", "area", "divergence"])
 def test_all_that_is_visible_is_shown_well(quality, rule, triangles):
     subject = open_subject(triangles)
     views, lens = around(subject.centre, 3, sphere.icosphere(1)[0]), Orthographic(1)

@@ -1,5 +1,8 @@
 """Projected areas against formulas, and against one ray at a time."""
 
+import subprocess
+import sys
+
 import mitsuba as mi
 import numpy as np
 import pytest
@@ -221,3 +224,30 @@ def test_what_cannot_be_looked_at():
         open_subject(mesh_scene(np.zeros((3, 3)), np.zeros((0, 3))))
     with pytest.raises(SettingsError, match="Unknown kind of surface 'patch'"):
         open_subject(mi.load_dict({"type": "scene", "ball": {"type": "sphere"}}), "patch")
+
+
+@pytest.mark.slow
+def test_memory_is_flat_in_the_number_of_viewpoints(tmp_path):
+    """Only stability keeps more of more views: a belt of them, as many as their square root."""
+    program = """
+import resource, sys, tracer
+tracer.activate()
+import mitsuba as mi
+from tracer.viewpoint import measures, sphere
+from tracer.viewpoint.gauge import stand
+from tracer.viewpoint.item_buffer import Rays
+from tracer.viewpoint.subject import open_subject
+from tracer.viewpoint.survey import survey
+ball = mi.load_dict({"type": "scene", "ball": {"type": "sphere"}, "cube": {"type": "cube"}})
+subject = open_subject(ball)
+place = stand(subject)
+directions, triangles = sphere.icosphere(int(sys.argv[1]))
+names = [name for name in measures.names() if "neighbours" not in measures.get(name).needs]
+survey(subject, place.viewpoints(directions), place.lens, Rays(side=256), names)
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+"""
+    peak = {}
+    for level in (2, 4):  # 162 and 2562 views: 3 and 40 wavefronts
+        done = subprocess.run([sys.executable, "-c", program, str(level)], capture_output=True, text=True, check=True)
+        peak[level] = int(done.stdout)
+    assert peak[4] < 1.1 * peak[2]

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from tracer.viewpoint import measures
 from tracer.viewpoint.channel import Channel
+from tracer.viewpoint.fast import Estimate, estimate_entropy
 from tracer.viewpoint.item_buffer import Rays, Viewpoints, around
 from tracer.viewpoint.lens import Lens, Orthographic, Perspective
 from tracer.viewpoint.sphere import frame, icosphere, normalised
@@ -96,6 +97,8 @@ class Gauge:
             directions = np.concatenate([directions, rings])
         self.evaluations += len(directions)
         views = self.stand.viewpoints(directions)
+        if self.estimated:
+            return self.estimate(views).entropy
         found = survey(
             self.subject,
             views,
@@ -107,6 +110,15 @@ class Gauge:
             channel=self.channel,
         )
         return found[self.name][:count]
+
+    @property
+    def estimated(self) -> bool:
+        """Whether values have a standard error: those of entropy from random rays."""
+        return self.rays.random > 0 and self.name == "entropy"
+
+    def estimate(self, views: Viewpoints) -> Estimate:
+        """Return the entropy of views from random rays."""
+        return estimate_entropy(self.subject, views, self.stand.lens, self.rays.random, self.rays.seed, self.background)
 
     @property
     def sign(self) -> int:

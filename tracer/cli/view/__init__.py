@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import typer
 
 from tracer.cli.view import best, complexity_map, cover, measure, report, tour
 
 app = typer.Typer(help="Find good views of a scene, mesh or molecule.", no_args_is_help=True)
-COMMANDS = {
+COMMANDS: dict[str, Callable[..., None]] = {
     "measure": measure.measure,
     "map": complexity_map.complexity_map,
     "best": best.best,

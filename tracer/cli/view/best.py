@@ -24,6 +24,7 @@ def best(
     level: common.Level = 3,
     surfaces: common.Surfaces = None,
     side: common.Side = 256,
+    random: common.Random = None,
     background: common.Background = True,
     distance: common.Distance = None,
     centre: common.Centre = None,
@@ -32,6 +33,7 @@ def best(
     repeat: common.Repeat = None,
     cut: common.Cut = None,
     atom_radius: common.AtomRadius = None,
+    spp: common.Samples = 0,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
@@ -69,6 +71,8 @@ def best(
         atom_radius=atom_radius,
         overwrite=overwrite,
         quiet=quiet,
+        random=random,
+        spp=spp,
     ) as desk:
         lines = report.best(desk, measure, searches, level, wanted)
     if not quiet:

@@ -22,6 +22,10 @@ Surfaces = Annotated[
     str | None, typer.Option(help="What counts as a surface: face, shape or bsdf. Of a molecule: its atoms. [face]")
 ]
 Side = Annotated[int, typer.Option(help="Rays along each side of a view.", min=8, max=4096)]
+Random = Annotated[
+    int | None,
+    typer.Option(help="The fast way: so many random rays a view instead, with a standard error.", min=10, max=10**8),
+]
 Background = Annotated[bool, typer.Option(help="Whether the background counts as a surface in entropy.")]
 Distance = Annotated[float | None, typer.Option(help="From the centre. [6 radii]")]
 Centre = Annotated[Three | None, typer.Option(help="What to look at. [the middle of everything]")]
@@ -33,6 +37,9 @@ Repeat = Annotated[tuple[int, int, int] | None, typer.Option(help="Repeat the ce
 Cut = Annotated[float | None, typer.Option(help="Cut a ball of this radius out of a crystal, in Angstrom.")]
 AtomRadius = Annotated[float | None, typer.Option(help="Radius of atoms in Angstrom. [by element]")]
 Measure = Annotated[str, typer.Option("--measure", "-m", help="By which a view is good; see tracer view measure.")]
+Samples = Annotated[
+    int, typer.Option(help="Render the pictures, with so many samples per pixel. [lit from the eye]", min=0, max=65536)
+]
 Level = Annotated[int, typer.Option(help="Viewpoints: 10 * 4^level + 2.", min=0, max=5)]
 
 
@@ -54,6 +61,8 @@ def desk(
     atom_radius: float | None,
     overwrite: bool,
     quiet: bool,
+    spp: int = 0,
+    random: int | None = None,
 ) -> Iterator[Desk]:
     """Check the output, open the source, and yield where everything is laid out, with a progress bar."""
     import numpy as np
@@ -72,10 +81,13 @@ def desk(
     backend.activate()
     from tracer.viewpoint.gauge import stand
     from tracer.viewpoint.item_buffer import Rays
+    from tracer.viewpoint.rendered import require_light
     from tracer.viewpoint.reports.desk import Desk
     from tracer.viewpoint.source import Crystal, open_source
 
     opened = open_source(source, surfaces, Crystal(repeat, cut, atom_radius))
+    if spp:
+        require_light(opened.subject)
     new = not output.exists()
     prepare_folder(output, overwrite, results)
     parallel = opened.orthographic if orthographic is None else orthographic
@@ -83,7 +95,8 @@ def desk(
     place = stand(opened.subject, distance, middle, up or opened.up, parallel)
     try:
         with steps(quiet) as told:
-            yield Desk(opened, place, Rays(side=side), background, output, told)
+            rays = Rays(random=random) if random else Rays(side=side)
+            yield Desk(opened, place, rays, background, output, told, spp)
     finally:
         if new and output.is_dir() and not any(output.iterdir()):
             output.rmdir()  # nothing came of it

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, cast, get_args
 
 import typer
 
@@ -17,7 +17,9 @@ def cover(
         float,
         typer.Option(help="A surface is shown well at this share of its largest area.", min=0.01, max=1),
     ] = 0.5,
-    rule: Annotated[str, typer.Option(help="Choose by entropy, or by area newly shown.")] = "entropy",
+    rule: Annotated[
+        str, typer.Option(help="Choose by entropy, by area newly shown, or by divergence from the true areas.")
+    ] = "entropy",
     enough: Annotated[
         float, typer.Option(help="End when this share of the visible area is shown well.", min=0.01, max=1)
     ] = 0.99,
@@ -33,6 +35,7 @@ def cover(
     repeat: common.Repeat = None,
     cut: common.Cut = None,
     atom_radius: common.AtomRadius = None,
+    spp: common.Samples = 0,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
@@ -42,10 +45,11 @@ def cover(
     """
     from tracer.cli.show import simple_table
     from tracer.errors import SettingsError
+    from tracer.viewpoint.cover import Rule
     from tracer.viewpoint.reports import cover as report
 
-    if rule not in ("entropy", "area"):
-        raise SettingsError(f"Unknown rule '{rule}'; choose entropy or area.")
+    if rule not in get_args(Rule):
+        raise SettingsError(f"Unknown rule '{rule}'; choose one of {', '.join(get_args(Rule))}.")
     with common.desk(
         source,
         output,
@@ -62,10 +66,9 @@ def cover(
         atom_radius=atom_radius,
         overwrite=overwrite,
         quiet=quiet,
+        spp=spp,
     ) as desk:
-        lines, found = report.cover_report(
-            desk, level, quality, "entropy" if rule == "entropy" else "area", most, enough
-        )
+        lines, found = report.cover_report(desk, level, quality, cast(Rule, rule), most, enough)
         count = desk.opened.subject.count
     if quiet:
         return

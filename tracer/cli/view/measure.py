@@ -19,6 +19,7 @@ def measure(
     level: common.Level = 2,
     surfaces: common.Surfaces = None,
     side: common.Side = 256,
+    random: common.Random = None,
     background: common.Background = True,
     distance: common.Distance = None,
     centre: common.Centre = None,
@@ -55,9 +56,10 @@ def measure(
         atom_radius=atom_radius,
         overwrite=overwrite,
         quiet=quiet,
+        random=random,
     ) as desk:
         without_mesh = not len(desk.opened.subject.mesh.triangles)
-        needs = {"mesh", "saliency"} if without_mesh else set()
+        needs = ({"mesh", "saliency"} if without_mesh else set()) | ({"picture"} if random else set())
         names = names or [name for name in known.names() if not needs & set(known.get(name).needs)]
         lines = report.measure(desk, names, level)
     if not quiet:

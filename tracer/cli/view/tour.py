@@ -28,6 +28,7 @@ def tour(
     repeat: common.Repeat = None,
     cut: common.Cut = None,
     atom_radius: common.AtomRadius = None,
+    spp: common.Samples = 0,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
@@ -56,6 +57,7 @@ def tour(
         atom_radius=atom_radius,
         overwrite=overwrite,
         quiet=quiet,
+        spp=spp,
     ) as desk:
         lines = report.tour(desk, measure, steps, step, frames, size)
     if not quiet:

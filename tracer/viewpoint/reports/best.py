@@ -69,6 +69,7 @@ def best(
         "target": desk.stand.centre.tolist(),
         "up": view.up[0].tolist(),
         "value": gauge.sign * winner.value,
+        "stderr": float(gauge.estimate(view).stderr[0]) if gauge.estimated else None,
         "searches": [dict(zip(HEADINGS, line, strict=True)) for line in lines],
     }
     files.write_text(desk.folder / "best.json", json.dumps(report, indent=1) + "\n")

@@ -13,6 +13,7 @@ from tracer.viewpoint.gauge import Gauge, Stand
 from tracer.viewpoint.item_buffer import Rays, Viewpoints
 from tracer.viewpoint.look import look
 from tracer.viewpoint.measures import Best, get
+from tracer.viewpoint.rendered import render_views
 from tracer.viewpoint.source import Opened
 
 Floats = NDArray[np.float64]
@@ -31,6 +32,8 @@ class Desk:
     background: bool
     folder: Path
     told: Told
+    spp: int = 0
+    """Samples per pixel of pictures that are rendered; 0: they are lit from the eye."""
 
     def gauge(self, name: str, good: Best | None = None) -> Gauge:
         """Return a measure as a function of direction; ``good`` instead of what it says itself.
@@ -48,6 +51,8 @@ class Desk:
 
     def pictures(self, viewpoints: Viewpoints, size: int = THUMBNAIL) -> list[Floats]:
         """Return pictures of views."""
+        if self.spp:
+            return render_views(self.opened.subject, viewpoints, self.stand.lens, size, self.spp)
         return look(self.opened.subject, viewpoints, self.stand.lens, size, self.opened.colours)
 
 

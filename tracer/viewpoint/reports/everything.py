@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import drjit as dr
 import numpy as np
@@ -16,9 +17,12 @@ from numpy.typing import NDArray
 from tracer import files
 from tracer.backend import activate
 from tracer.viewpoint import fast, measures, plots
+from tracer.viewpoint.cover import Rule, cover
+from tracer.viewpoint.fewest import fewest_views
 from tracer.viewpoint.gauge import stand
 from tracer.viewpoint.item_buffer import MOST_RAYS, Rays, projected_areas, trace
 from tracer.viewpoint.reports.best import best
+from tracer.viewpoint.reports.complexity_map import complexity_map, view_from
 from tracer.viewpoint.reports.cover import cover_report
 from tracer.viewpoint.reports.desk import Desk, Told
 from tracer.viewpoint.reports.measure import measure
@@ -45,6 +49,8 @@ RATE_SIDE, RATE_LEVEL = 640, 3
 SEARCH_SIDE, SEARCH_LEVEL = 96, 2
 SHOWN_MEASURES = ("entropy", "mutual_information", "silhouette_length", "visible_saliency")
 """Of the sheets of pictures."""
+QUALITY = 0.5
+"""Share of its largest area at which a face is shown well, in view sets."""
 NUMBERS_OF_RAYS = (100, 400, 1600, 6400, 25600, 102400)
 FEW_SURFACES = "spheres_and_rods.xml"
 """What the fast estimate is shown on, beside a mesh of many faces."""
@@ -56,10 +62,12 @@ def everything(public: Path, scenes: Path, folder: Path, told: Told) -> list[str
     activate()
     opened = {path: replace(open_source(public / "meshes" / path), up=up) for path, up in MESHES.items()}
     opened |= {path.name: open_source(path, "shape") for path in sorted(scenes.glob("*.xml"))}
+    opened |= {path.parent.name: open_source(path, "shape") for path in sorted(public.glob("scenes/*/scene.xml"))}
     sections: dict[str, Any] = {}
     parts: list[tuple[str, Callable[[], Any]]] = [
         ("Rate", lambda: rate(opened["bunny.ply"])),
         ("Searches", lambda: searches(opened, folder, told)),
+        ("View sets", lambda: view_sets(opened, told)),
         ("Convergence of the fast estimate", lambda: convergence(opened, folder)),
         ("Molecules", lambda: molecules(public / "molecules", folder, told)),
         ("Pictures", lambda: pictures(opened, folder, told)),
@@ -114,7 +122,7 @@ def searches(opened: dict[str, Opened], folder: Path, told: Told) -> list[dict[s
             needs = set(measures.get(name).needs)
             if {"mesh", "saliency"} & needs and not len(one.subject.mesh.triangles):
                 continue
-            told(f"searches: {file}, {name}", 1, 5)
+            told(f"searches: {file}, {name}", 1, 6)
             gauge = desk.gauge(name)
             all_around = gauge.better(icosphere(SEARCH_LEVEL)[0])
             found = {
@@ -128,6 +136,33 @@ def searches(opened: dict[str, Opened], folder: Path, told: Told) -> list[dict[s
             reached = {k: (each.value - most) / span + 1 if span > 0 else 1.0 for k, each in found.items()}
             views = {k: each.evaluations for k, each in found.items()}
             rows.append({"subject": file, "measure": name, "reached": reached, "views": views})
+    return rows
+
+
+def view_sets(opened: dict[str, Opened], told: Told) -> list[dict[str, Any]]:
+    """Return how many views each greedy rule takes, and the fewest that there can be."""
+    rows = []
+    for file, enough in itertools.product(("teapot.ply", "spot.obj"), (0.9, 0.95)):
+        told(f"view sets: {file}", 2, 6)
+        subject, place = opened[file].subject, stand(opened[file].subject)
+        views, rays = place.viewpoints(icosphere(2)[0]), Rays(side=256)
+        areas = np.concatenate([batch.areas for batch in projected_areas(subject, views, place.lens, rays)])
+        shown = (areas >= QUALITY * areas.max(axis=0)) & (areas > 0)
+        exact = fewest_views(shown, subject.areas, enough)
+        sizes = {
+            rule: len(cover(subject, views, place.lens, rays, QUALITY, rule, enough=enough).chosen)
+            for rule in get_args(Rule)
+        }
+        rows.append(
+            {
+                "subject": file,
+                "faces": subject.count,
+                "enough": enough,
+                **sizes,
+                "found exactly": len(exact.chosen),
+                "least": exact.least,
+            }
+        )
     return rows
 
 
@@ -173,7 +208,7 @@ def molecules(public: Path, folder: Path, told: Told) -> list[dict[str, Any]]:
     """Return the best view of crystals (least entropy) and molecules (most), their pictures written."""
     rows = []
     for file in (*CRYSTALS, *MOLECULES):
-        told(f"molecules: {file}", 3, 5)
+        told(f"molecules: {file}", 4, 6)
         crystal = Crystal(cut=7.0, radius=0.77) if file in CRYSTALS else None
         one = open_source(public / file, crystal=crystal)
         place = folder / Path(file).stem
@@ -189,12 +224,20 @@ def molecules(public: Path, folder: Path, told: Told) -> list[dict[str, Any]]:
 def pictures(opened: dict[str, Opened], folder: Path, told: Told) -> list[str]:
     """Draw measures, a tour and a view set; return the names of their folders."""
     made = []
+
+    def own_map(desk: Desk) -> None:
+        view, lens = view_from(desk, 0, None)
+        complexity_map(replace(desk, stand=replace(desk.stand, lens=lens)), view, "entropy", 32, 3)
+
     for name, file, make in (
         ("measures-bunny", "bunny.ply", lambda desk: measure(desk, SHOWN_MEASURES, 2)),
         ("tour-spot", "spot.obj", lambda desk: tour(desk, "entropy", 40, 6.0, 81, 200)),
+        ("map-staircase2", "staircase2", own_map),
         ("cover-teapot", "teapot.ply", lambda desk: cover_report(desk, 2, 0.5, "entropy", None, 0.98)),
     ):
-        told(f"pictures: {name}", 4, 5)
+        if file not in opened:
+            continue
+        told(f"pictures: {name}", 5, 6)
         place = folder / name
         place.mkdir(exist_ok=True)
         make(desk_of(opened[file], place, lambda *_: None, 256))

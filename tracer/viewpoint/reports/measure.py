@@ -33,6 +33,10 @@ def measure(desk: Desk, names: Sequence[str], level: int) -> list[list[str]]:
         beside=neighbours(triangles),
         progress=lambda done, total: desk.say("views", done, total),
     )
+    stderr = {}
+    if desk.rays.random and "entropy" in names:
+        found = desk.gauge("entropy").estimate(views)
+        values["entropy"], stderr["entropy_stderr"] = found.entropy, found.stderr
     lines, marks, chosen, captions = [], [], [], []
     for name in names:
         one = measures.get(name)
@@ -40,7 +44,11 @@ def measure(desk: Desk, names: Sequence[str], level: int) -> list[list[str]]:
         best, worst = int(good.argmax()), int(good.argmin())
         shown = [values[name][best], values[name][worst], float(np.median(values[name]))]
         places = [name_direction(directions[k], stand.up) for k in (best, worst)]
-        lines.append([name, one.best, places[0], number(shown[0]), places[1], *map(number, shown[1:])])
+        errors = stderr.get(f"{name}_stderr")
+        told = [number(value) for value in shown]
+        if errors is not None:
+            told[:2] = [f"{text} ± {number(errors[k])}" for text, k in zip(told, (best, worst), strict=False)]
+        lines.append([name, one.best, places[0], told[0], places[1], *told[1:]])
         marks.append({"best": directions[best], "worst": directions[worst]})
         picked = apart(good, directions, SHOWN) + apart(-good, directions, SHOWN)[::-1]
         chosen += picked
@@ -61,6 +69,7 @@ def measure(desk: Desk, names: Sequence[str], level: int) -> list[list[str]]:
     unique = sorted(set(chosen))
     pictures = dict(zip(unique, desk.pictures(views[np.array(unique)]), strict=True))
     plots.sheet(desk.folder / "best_and_worst.png", [pictures[k] for k in chosen], captions, 2 * SHOWN)
-    rows = [[*directions[k], *(values[name][k] for name in names)] for k in range(len(directions))]
-    files.write_text(desk.folder / "views.csv", csv(("x", "y", "z", *names), rows))
+    columns = {name: values[name] for name in names} | stderr
+    rows = [[*directions[k], *(column[k] for column in columns.values())] for k in range(len(directions))]
+    files.write_text(desk.folder / "views.csv", csv(("x", "y", "z", *columns), rows))
     return lines

@@ -26,6 +26,7 @@ def to_markdown(sections: dict[str, Any]) -> str:
     share = speed["share of the rate of intersections"]
     lines += ["", f"The item buffer has {100 * share:.0f} % of the rate of intersections alone.", ""]
     lines += ["## Searches", "", *search_table(sections["Searches"]), ""]
+    lines += ["## View sets", "", *cover_table(sections["View sets"]), ""]
     found = sections["Convergence of the fast estimate"]
     lines += ["## Convergence of the fast estimate", "", "Entropy with background, 12 views; the scene by shapes:", ""]
     lines += [
@@ -45,7 +46,7 @@ def to_markdown(sections: dict[str, Any]) -> str:
         ]
     lines += ["", *(f"![{row['file']}]({Path(row['file']).stem}/best.png)" for row in sections["Molecules"]), ""]
     lines += ["## Pictures", ""]
-    shown = {"measures": "best_and_worst.png", "tour": "tour.webp", "cover": "views.png"}
+    shown = {"measures": "best_and_worst.png", "tour": "tour.webp", "cover": "views.png", "map": "map.png"}
     lines += [f"![{name}]({name}/{shown[name.split('-')[0]]})" for name in sections["Pictures"]]
     return "\n".join([*lines, ""])
 
@@ -68,4 +69,21 @@ def search_table(rows: list[dict[str, Any]]) -> list[str]:
             views = np.mean([row["views"][search] for row in chosen])
             cells.append(f"{reached.mean():.2f} ({reached.min():.2f}), {views:.0f}")
         lines.append(f"| {name or '**all**'} | {' | '.join(cells)} |")
+    return lines
+
+
+def cover_table(rows: list[dict[str, Any]]) -> list[str]:
+    """Return a table of the sizes of view sets."""
+    lines = [
+        "Views, of 162, that show a share of the area well: chosen one by one by each rule, and the fewest that there "
+        "can be, by integer programming within a minute.",
+        "",
+        "| mesh | share | entropy | area | divergence | fewest |",
+        "|---|---|---|---|---|---|",
+    ]
+    for row in rows:
+        exact, least = row["found exactly"], row["least"]
+        fewest = str(least) if exact == least else f"{least} to {exact}" if exact else f"at least {least}"
+        counts = " | ".join(str(row[rule]) for rule in ("entropy", "area", "divergence"))
+        lines.append(f"| {row['subject']} | {100 * row['enough']:.0f} % | {counts} | {fewest} |")
     return lines

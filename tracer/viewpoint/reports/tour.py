@@ -53,6 +53,9 @@ def tour(desk: Desk, name: str, steps: int, step: float, frames: int, size: int)
         pictures.append(desk.pictures(film[k : k + 1], size)[0])
         files.write_png(desk.folder / f"frame{k:04d}.png", pictures[-1])
     write_film(desk.folder / "tour.webp", pictures)
+    for old in desk.folder.glob("frame[0-9][0-9][0-9][0-9].png"):
+        if int(old.stem[5:]) >= frames:
+            old.unlink()  # of a longer tour that was here before
     write_sensors(desk.folder / "cameras.xml", film, desk.stand.lens, size)
     shown = gauge(found.directions)
     far = np.degrees(angle(found.directions, found.directions[0]))

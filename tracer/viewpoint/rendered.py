@@ -1,0 +1,40 @@
+"""Pictures of views lit as the scene is, rendered with the samples where they pay."""
+
+from __future__ import annotations
+
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer.errors import SceneError
+from tracer.loop import render_view
+from tracer.scene import open_scene
+from tracer.score import encode_srgb
+from tracer.settings import make_settings
+from tracer.viewpoint.camera import sensors
+from tracer.viewpoint.item_buffer import Viewpoints
+from tracer.viewpoint.lens import Lens
+from tracer.viewpoint.subject import Subject
+
+Floats = NDArray[np.float64]
+
+
+def render_views(subject: Subject, viewpoints: Viewpoints, lens: Lens, size: int, spp: int) -> list[Floats]:
+    """Return a picture (size, size, 3) in [0, 1], encoded as sRGB, of each view, with ``spp`` samples per pixel.
+
+    Rendered with the scene's own integrator. The lens is one of ``stand``: square, parallel or a pinhole. Raises
+    SceneError for a scene without light.
+    """
+    require_light(subject)
+    found = []
+    for sensor in sensors(viewpoints, lens, size):
+        with open_scene(subject.scene, mi.load_dict(sensor), None) as view:
+            image = render_view(view, make_settings(spp=spp, objective="display")).image
+        found.append(np.asarray(encode_srgb(np.clip(np.nan_to_num(image[..., :3]), 0, 1))))
+    return found
+
+
+def require_light(subject: Subject) -> None:
+    """Raise SceneError for a scene without light."""
+    if not subject.scene.emitters():
+        raise SceneError("There is no light in the scene to render with; without --spp, pictures are lit from the eye.")
