@@ -105,6 +105,61 @@ def test_tour_makes_a_film(scene, tmp_path):
     assert not np.array_equal(picture(out / "frame0000.png"), picture(out / "frame0004.png"))
 
 
+def test_a_shorter_tour_leaves_no_frames_of_a_longer_one(scene, tmp_path):
+    for frames in (4, 2):
+        few = ["--steps", 2, "--frames", frames, "--size", 16, "--overwrite", *FEW]
+        call("tour", scene, "-o", tmp_path / "out", *few)
+    frames = [name for name in names_in(tmp_path / "out") if name.startswith("frame")]
+    assert frames == ["frame0000.png", "frame0001.png"]
+
+
+def test_map_through_the_scenes_camera(scene, tmp_path):
+    said = call("map", scene, "-o", tmp_path / "out", "--blocks", 8, "--level", 1, "--side", 64)
+    assert "kullback_leibler" in said
+    assert names_in(tmp_path / "out") == ["blocks.csv", "map.png", "triangles.csv"]
+    with open(tmp_path / "out" / "blocks.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 8 * 6  # the film is 768 x 576
+    entropy = np.array([float(row["entropy"]) for row in rows]).reshape(6, 8)
+    assert entropy[[0, -1]].max() == 0  # nothing is at the edge
+    assert entropy.max() > 0.5
+    with open(tmp_path / "out" / "triangles.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert sum(float(row["steradians"]) for row in rows) == pytest.approx(4 * np.pi)
+    ahead = [float(row["z"]) < 0 for row in rows]
+    assert not any(float(row["entropy"]) for row, front in zip(rows, ahead, strict=True) if not front)
+    assert picture(tmp_path / "out" / "map.png").std() > 0.02
+
+
+def test_map_from_elsewhere(scene, tmp_path):
+    few = ["--blocks", 4, "--level", 0, "--kind", "distinct", *FEW]
+    call("map", scene, "-o", tmp_path / "out", "--from", 0, 0, 0, "--centre", 0, 0, 1, *few)
+    with open(tmp_path / "out" / "triangles.csv", newline="") as file:
+        assert all(float(row["distinct"]) > 1 for row in csv.DictReader(file))  # inside the cube
+
+
+def test_the_fast_way_has_a_standard_error(scene, tmp_path):
+    call("best", scene, "-o", tmp_path / "best", "--random", 3000, "--level", 0, "-q")
+    assert 0 < json.loads((tmp_path / "best" / "best.json").read_text())["stderr"] < 0.1
+    said = call("measure", scene, "-o", tmp_path / "all", "--random", 3000, "--level", 0)
+    assert "silhouette" not in said  # it needs an image
+    with open(tmp_path / "all" / "views.csv", newline="") as file:
+        assert all(0 < float(row["entropy_stderr"]) < 0.1 for row in csv.DictReader(file))
+
+
+def test_pictures_lit_by_the_scene(scene, tmp_path):
+    few = ["--search", "paper", "-m", "visible", *FEW]
+    call("best", scene, "-o", tmp_path / "eye", *few)
+    call("best", scene, "-o", tmp_path / "lit", "--spp", 4, *few)
+    assert picture(tmp_path / "lit" / "best.png")[0, 0] == pytest.approx(1)  # the sky of the scene
+    assert picture(tmp_path / "eye" / "best.png")[0, 0].max() < 0.97
+    dark = tmp_path / "dark.xml"
+    dark.write_text(SCENE.replace('<emitter type="constant"/>', ""))
+    with pytest.raises(TracerError, match="no light in the scene"):
+        call("best", dark, "-o", tmp_path / "none", "--spp", 4, *few)
+    assert not (tmp_path / "none").exists()
+
+
 def test_cover_says_what_is_not_seen(scene, tmp_path):
     said = call("cover", scene, "-o", tmp_path / "out", "--level", 1, "--enough", 1, "--side", 64)
     assert "of 13 surfaces" in said
@@ -138,6 +193,11 @@ def test_a_crystal_is_shown_along_its_rows(tmp_path):
         (["best", "SCENE", "--search", "lucky"], "Unknown search 'lucky'"),
         (["best", "SCENE", "--good", "some"], "the most or the least, not 'some'"),
         (["tour", "SCENE", "-m", "beauty"], "Unknown measure 'beauty'"),
+        (["map", "SCENE", "--kind", "luck"], "Unknown kind of complexity 'luck'"),
+        (["map", "SCENE", "--sensor", "3"], "no camera 3: it has 1"),
+        (["map", "SCENE", "--from", "0", "0", "nan"], "three finite numbers"),
+        (["map", "SCENE", "--from", "0", "0", "1", "--centre", "0", "0", "1"], "The eye is where it looks at"),
+        (["best", "SCENE", "--random", "100", "-m", "silhouette_length"], "need the view as an image"),
         (["cover", "SCENE", "--rule", "luck"], "Unknown rule 'luck'"),
         (["measure", "SCENE", "--surfaces", "atom"], "Unknown kind of surface 'atom'"),
         (["measure", "SCENE", "--cut", "3"], "are for molecules"),
