@@ -16,6 +16,7 @@ UNSEEN = (
     "study",
     "criteria",
     "viewpoint",
+    "radiosity",
     "errors.py",
     "files.py",
     "load_error.py",
