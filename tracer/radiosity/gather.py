@@ -43,16 +43,21 @@ def gather_evenly(see: See, points: Points, rays: int, seed: int = 0) -> Gathere
     most = max(1, MOST_RAYS // rays)
     for first in range(0, len(points), most):
         count = min(most, len(points) - first)
-        point, number = divide(dr.arange(mi.UInt32, count * rays), rays)
-        point += dr.opaque(mi.UInt32, first)
-        key = mix(point ^ mix(dr.opaque(mi.UInt32, (seed + 0x1B873593) & NOTHING)))
-        u = (mi.Float(number) + to_unit(key)) * dr.opaque(mi.Float, 1 / rays)
-        v = to_unit(number * GOLDEN_RATIO + mix(key))
-        _, radiance = see(leave(points, point, mi.warp.square_to_cosine_hemisphere(mi.Point2f(u, v))))
+        _, radiance = see(cosine_rays(points, first, count, rays, seed))
         sums = [dr.block_sum(channel, rays) for channel in radiance]
         dr.eval(sums)
         total[first : first + count] = np.stack([one.numpy() for one in sums], axis=-1) * (np.pi / rays)
     return Gathered(total, rays * len(points))
+
+
+def cosine_rays(points: Points, first: int, count: int, rays: int, seed: int) -> mi.Ray3f:
+    """Return ``rays`` rays of each of ``count`` points from ``first`` on, a lattice in the disc, shifted at random."""
+    point, number = divide(dr.arange(mi.UInt32, count * rays), rays)
+    point += dr.opaque(mi.UInt32, first)
+    key = mix(point ^ mix(dr.opaque(mi.UInt32, (seed + 0x1B873593) & NOTHING)))
+    u = (mi.Float(number) + to_unit(key)) * dr.opaque(mi.Float, 1 / rays)
+    v = to_unit(number * GOLDEN_RATIO + mix(key))
+    return leave(points, point, mi.warp.square_to_cosine_hemisphere(mi.Point2f(u, v)))
 
 
 def gather(

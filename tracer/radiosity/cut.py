@@ -1,0 +1,153 @@
+"""Cut the faces of a scene into patches, and ask their materials and lights what they are."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer.errors import SceneError
+from tracer.radiosity.hemisphere import NOTHING
+from tracer.radiosity.patches import Patches
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+MOST_PATCHES = 1 << 24
+BRIGHTEST = 0.9999
+"""Albedo beyond which light would go to and fro for ever."""
+
+
+def cut(scene: Any, size: float | None = None) -> Patches:
+    """Return the patches of a loaded scene whose edges are at most ``size`` long; its faces as they are without.
+
+    Raises SceneError for what has no radiosity: a shape that is no mesh, no light, a light without area, an albedo of
+    1.
+    """
+    shapes = [shape for shape in scene.shapes() if not shape.is_mesh() or shape.primitive_count()]
+    check(scene, shapes)
+    fronts, backs, behind, cuts = [], [], [], []
+    total = 0
+    for shape in shapes:
+        corners = corners_of(shape)
+        n = cuts_of(corners, size)
+        total += int((n**2).sum())
+        if total > MOST_PATCHES:
+            raise SceneError(f"Edges of {size:g} make more than {MOST_PATCHES} patches; allow longer ones.")
+        face, places = cells_of(n)
+        areas = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=-1)
+        fronts.append(side(shape, face, places, areas[face] / n[face] ** 2, front=True))
+        back = side(shape, face, places, areas[face] / n[face] ** 2, front=False)
+        lit = bool(np.any(back[3] > 0) or np.any(back[4] > 0))
+        backs += [back] if lit else []
+        behind.append(np.full(len(face), lit))
+        cuts.append(n)
+    centres, normals, areas, albedo, emitted = (
+        np.concatenate([part[k] for part in (*fronts, *backs)]) for k in range(5)
+    )
+    if albedo.max(initial=0) > BRIGHTEST:
+        place = centres[albedo.max(axis=1).argmax()].round(3).tolist()
+        raise SceneError(
+            f"The albedo at {place} is {albedo.max():.5g}, and light would go to and fro for ever; make it less than 1."
+        )
+    if not emitted.any() and scene.environment() is None:
+        raise SceneError("There is no light in the scene; give a shape an area emitter, or let the surroundings shine.")
+    has_back, each = np.concatenate(behind), np.concatenate(cuts) ** 2
+    numbers = np.where(has_back, len(has_back) + np.cumsum(has_back) - 1, NOTHING)
+    return Patches(
+        scene=scene,
+        centres=centres,
+        normals=normals,
+        areas=areas,
+        albedo=albedo,
+        emitted=emitted,
+        not_diffuse=[shape.id() for shape in shapes if not is_diffuse(shape)],
+        first_face=first_faces(shapes, [len(n) for n in cuts]),
+        first_cell=mi.UInt32((np.cumsum(each) - each).astype(np.uint32)),
+        cuts=mi.UInt32(np.concatenate(cuts).astype(np.uint32)),
+        back=mi.UInt32(numbers.astype(np.uint32)),
+    )
+
+
+def check(scene: Any, shapes: list[Any]) -> None:
+    """Raise SceneError for shapes and lights that patches cannot stand for."""
+    if not shapes:
+        raise SceneError("There is nothing to light: the scene has no shape, or its meshes have no face.")
+    others = [shape.id() for shape in shapes if not shape.is_mesh()]
+    if others:
+        raise SceneError(f"Radiosity needs meshes, and these shapes are none: {', '.join(others)}.")
+    for emitter in scene.emitters():
+        if not emitter.is_environment() and not mi.has_flag(emitter.flags(), mi.EmitterFlags.Surface):
+            raise SceneError(f"Radiosity needs lights with an area, and '{emitter.id()}' has none; use 'area'.")
+
+
+def corners_of(shape: Any) -> Floats:
+    """Return the corners (F, 3, 3) of the faces of a mesh, in world coordinates."""
+    vertices = np.array(shape.vertex_positions_buffer(), np.float64).reshape(-1, 3)
+    return vertices[np.array(shape.faces_buffer(), np.int64).reshape(-1, 3)]
+
+
+def cuts_of(corners: Floats, size: float | None) -> Integers:
+    """Return into how many parts (F,) the edges of each face are cut."""
+    if size is None:
+        return np.ones(len(corners), np.int64)
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1).max(axis=1)
+    return np.maximum(np.ceil(longest / size - 1e-9), 1).astype(np.int64)
+
+
+def cell_centres(cuts: int) -> Floats:
+    """Return the barycentric coordinates (n^2, 2) of the middles of the cells of a face, in their order."""
+    places = []
+    for i in range(cuts):
+        for j in range(cuts - i):
+            places.append(((i + 1 / 3) / cuts, (j + 1 / 3) / cuts))
+            if i + j < cuts - 1:
+                places.append(((i + 2 / 3) / cuts, (j + 2 / 3) / cuts))
+    return np.array(places)
+
+
+def cells_of(cuts: Integers) -> tuple[Integers, Floats]:
+    """Return the face (C,) and the barycentric coordinates (C, 2) of the middle of every cell of faces (F,)."""
+    places = {n: cell_centres(n) for n in np.unique(cuts).tolist()}
+    none: Floats = np.zeros((0, 2))
+    return np.repeat(np.arange(len(cuts)), cuts**2), np.concatenate([none, *(places[n] for n in cuts.tolist())])
+
+
+def side(shape: Any, face: Integers, places: Floats, areas: Floats, front: bool) -> tuple[Floats, ...]:
+    """Return (centres, normals, areas, albedo, emitted) of one side of the cells of a shape."""
+    found = dr.zeros(mi.PreliminaryIntersection3f, len(face))
+    found.t = 1
+    found.prim_index = mi.UInt32(face.astype(np.uint32))
+    found.prim_uv = mi.Point2f(*places.T.astype(np.float32))
+    interaction = shape.compute_surface_interaction(dr.zeros(mi.Ray3f, len(face)), found, mi.RayFlags.All)
+    interaction.wi = mi.Vector3f(0, 0, 1 if front else -1)
+    normals = np.array(interaction.n, np.float64).T * (1 if front else -1)
+    albedo = np.zeros((len(face), 3))
+    if shape.bsdf() is not None and reflects(shape, front):
+        albedo = np.array(shape.bsdf().eval_diffuse_reflectance(interaction), np.float64).T.reshape(-1, 3)
+    emitted = np.zeros((len(face), 3))
+    if shape.emitter() is not None:
+        emitted = np.pi * np.array(shape.emitter().eval(interaction), np.float64).T.reshape(-1, 3)
+    centres = np.array(interaction.p, np.float64).T
+    return centres, normals, areas, np.broadcast_to(albedo, (len(face), 3)), np.broadcast_to(emitted, (len(face), 3))
+
+
+def reflects(shape: Any, front: bool) -> bool:
+    """Return whether a side of a shape reflects light at all."""
+    return bool(mi.has_flag(shape.bsdf().flags(), mi.BSDFFlags.FrontSide if front else mi.BSDFFlags.BackSide))
+
+
+def is_diffuse(shape: Any) -> bool:
+    """Return whether the material of a shape is diffuse and nothing else."""
+    flags = shape.bsdf().flags() if shape.bsdf() is not None else 0
+    return not any(mi.has_flag(flags, kind) for kind in (mi.BSDFFlags.Glossy, mi.BSDFFlags.Delta, mi.BSDFFlags.Null))
+
+
+def first_faces(shapes: list[Any], counts: list[int]) -> Any:
+    """Return the number of the first face (mi.UInt32) of each shape, by Mitsuba's number of the shape."""
+    numbers = [int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))[0]) for shape in shapes]
+    table = np.zeros(max(numbers) + 1, np.uint32)
+    table[numbers] = np.cumsum(counts) - counts
+    return mi.UInt32(table)

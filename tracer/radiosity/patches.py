@@ -1,0 +1,99 @@
+"""Patches of a scene of meshes: what is lit, reflects and shines alike.
+
+Every face is cut into n x n triangles, so that none has an edge longer than asked for. A side that reflects or shines
+is a patch of its own. Rays find their patch from the face and the place on it that they hit; nothing is remeshed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer.radiosity.hemisphere import NOTHING, Points, See
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Patches:
+    """Patches of a scene, numbered from 0: the front of every cell, then the back of every cell that has one."""
+
+    scene: Any
+    centres: Floats
+    """(P, 3)."""
+    normals: Floats
+    """(P, 3): on the side of the patch."""
+    areas: Floats
+    """(P,)."""
+    albedo: Floats
+    """(P, 3): diffuse reflectance, at the centre."""
+    emitted: Floats
+    """(P, 3): power per area that the patch emits."""
+    not_diffuse: list[str]
+    """Shapes whose material is not diffuse, and is treated as if its diffuse part were all of it."""
+    first_face: Any
+    """mi.UInt32 by Mitsuba's number of a shape."""
+    first_cell: Any
+    """mi.UInt32 by face: the patch of its first cell."""
+    cuts: Any
+    """mi.UInt32 by face: n."""
+    back: Any
+    """mi.UInt32 by cell: the patch of its other side, or NOTHING."""
+
+    def __len__(self) -> int:
+        return len(self.areas)
+
+    @property
+    def points(self) -> Points:
+        """The centres."""
+        return Points(self.centres, self.normals)
+
+    def find(self, ray: Any) -> Any:
+        """Return the patch (mi.UInt32) that each ray hits; NOTHING where it misses, or hits a dark side."""
+        found = self.scene.ray_intersect_preliminary(ray)
+        hit = found.is_valid()
+        shape = dr.reinterpret_array(mi.UInt32, found.shape)
+        face = dr.gather(mi.UInt32, self.first_face, shape, hit) + found.prim_index
+        cell = dr.gather(mi.UInt32, self.first_cell, face, hit)
+        cell += cell_of(found.prim_uv, dr.gather(mi.UInt32, self.cuts, face, hit))
+        table = mi.Float(self.normals[: dr.width(self.back)].astype(np.float32).ravel())
+        normal = mi.Vector3f(*(dr.gather(mi.Float, table, 3 * cell + k, hit) for k in range(3)))
+        side = dr.select(dr.dot(normal, ray.d) < 0, cell, dr.gather(mi.UInt32, self.back, cell, hit))
+        return dr.select(hit, side, NOTHING)
+
+    def see(self, radiosity: Floats) -> See:
+        """Return what rays see of a solution (P, 3): the patch, and its radiance; the surroundings where they miss."""
+        table = [mi.Float((channel / np.pi).astype(np.float32)) for channel in radiosity.T]
+        surroundings = self.scene.environment()
+
+        def seen(ray: Any) -> tuple[Any, Any]:
+            patch = self.find(ray)
+            hit = patch != NOTHING
+            radiance = mi.Color3f(*(dr.gather(mi.Float, channel, patch, hit) for channel in table))
+            if surroundings is not None:
+                missed = ~hit & ~self.scene.ray_test(ray)
+                interaction = dr.zeros(mi.SurfaceInteraction3f, dr.width(ray))
+                interaction.wi = -ray.d
+                radiance = dr.select(missed, mi.Color3f(surroundings.eval(interaction, missed)), radiance)
+            return patch, radiance
+
+        return seen
+
+
+def cell_of(place: Any, cuts: Any) -> Any:
+    """Return the cell (mi.UInt32) of barycentric places (mi.Point2f) on faces that are cut n = ``cuts`` times.
+
+    Row i, of n, has 2 (n - i) - 1 cells, which stand on their base and on their tip in turn.
+    """
+    n = mi.Float(cuts)
+    last = dr.maximum(cuts, 1) - 1
+    u, v = dr.clip(place.x, 0, 1) * n, dr.clip(place.y, 0, 1) * n
+    i = dr.minimum(mi.UInt32(u), last)
+    j = dr.minimum(mi.UInt32(v), last - i)
+    upper = (u - mi.Float(i) + v - mi.Float(j) > 1) & (i + j < last)
+    return i * (2 * cuts - i) + 2 * j + dr.select(upper, mi.UInt32(1), mi.UInt32(0))
