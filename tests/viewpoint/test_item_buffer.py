@@ -226,6 +226,27 @@ def test_what_cannot_be_looked_at():
         open_subject(mi.load_dict({"type": "scene", "ball": {"type": "sphere"}}), "patch")
 
 
+CUBE = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+SIDES = [(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1)]
+SIDES += [(2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)]
+
+
+@pytest.mark.parametrize(("scale", "offset"), [(1e-6, 0.0), (1e6, 0.0), (1e9, 0.0), (1.0, 1e4)])
+def test_units_of_length_do_not_matter(scale, offset):
+    found = []
+    for one in (open_subject(mesh_scene(CUBE, SIDES)), open_subject(mesh_scene(CUBE * scale + offset, SIDES))):
+        views = around(one.centre, 6 * one.radius, sphere.normalised([[1.0, 2.0, 3.0]]))
+        areas = seen(one, views, Orthographic(one.radius), Rays(side=256))[0]
+        found.append(areas / areas.sum())
+    assert found[1] == pytest.approx(found[0], abs=2e-3)
+
+
+@pytest.mark.parametrize(("scale", "offset"), [(1e12, 0.0), (1.0, 1e7)])
+def test_what_single_precision_cannot_see_is_refused(scale, offset):
+    with pytest.raises(SceneError, match="radius"):
+        open_subject(mesh_scene(CUBE * scale + offset, SIDES))
+
+
 @pytest.mark.slow
 def test_memory_is_flat_in_the_number_of_viewpoints(tmp_path):
     """Only stability keeps more of more views: a belt of them, as many as their square root."""

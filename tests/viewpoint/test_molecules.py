@@ -138,6 +138,15 @@ def test_what_is_no_molecule(tmp_path):
         (tmp_path / name).write_text(text)
         with pytest.raises(SceneError, match=r"has no atoms|cannot|not a molecule"):
             read_atoms(tmp_path / name)
+    said = {
+        "h.xyz": ("2\n\nQq 0 0 0\nC 1 0 0\n", "no element 'Qq'"),
+        "i.xyz": ("999999999999\n\nC 0 0 0\n", "has 2 lines"),
+        "j.cif": ("data_x\n_cell_length_a 3\n", "ends before its atoms"),
+    }
+    for name, (text, sentence) in said.items():
+        (tmp_path / name).write_text(text)
+        with pytest.raises(SceneError, match=sentence):
+            read_atoms(tmp_path / name)
     for name in ("d.xyz", "e.cif", "f.cml", "g.pdb"):
         (tmp_path / name).write_text("ATOM  hello world\n")
         with pytest.raises(SceneError, match=r"not a molecule|no atoms"):

@@ -53,6 +53,10 @@ def read_atoms(path: str | Path) -> Atoms:
         found = {".cml": read_cml, ".pdb": read_pdb, ".ent": read_pdb}.get(path.suffix.lower(), read_by_ase)(path)
     except Exception as error:  # whatever a library raises for a file that is not what its name says
         first = (str(error).splitlines() or [type(error).__name__])[0]
+        if isinstance(error, KeyError):
+            first = f"there is no element {error}"
+        elif isinstance(error, StopIteration):
+            first = "it ends before its atoms do"
         raise SceneError(f"'{path}' is not a molecule that can be read: {first.rstrip('.')}.") from None
     if not len(found):
         raise SceneError(f"'{path}' has no atoms.")
@@ -61,10 +65,19 @@ def read_atoms(path: str | Path) -> Atoms:
     return found
 
 
+COUNTED = (".xyz", ".extxyz")
+"""Formats that begin with the number of atoms."""
+
+
 def read_by_ase(path: Path) -> Atoms:
     """Return the atoms of a file that ASE knows, the last of several structures."""
     import ase.io
 
+    if path.suffix.lower() in COUNTED:
+        with open(path, "rb") as file:
+            claimed, lines = file.readline().strip(), sum(1 for _ in file)
+        if claimed.isdigit() and int(claimed) > lines:  # ASE would wait for them for ever
+            raise ValueError(f"it says that it has {int(claimed)} atoms, and has {lines} lines")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         atoms = ase.io.read(path)

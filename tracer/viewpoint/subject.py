@@ -21,6 +21,10 @@ from tracer.errors import SceneError, SettingsError
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Surfaces = Literal["face", "shape", "bsdf"]
+LARGEST = 1e10
+"""Radius: products of three lengths are to stay within single precision."""
+NEAREST = 1e-5
+"""Radius over distance from the origin: below it, coordinates have fewer than two digits left."""
 SURFACES: tuple[str, ...] = get_args(Surfaces)
 
 
@@ -99,6 +103,8 @@ def open_subject(scene: Any, surfaces: str = "face", groups: Sequence[int] | NDA
     corners += [box_corners(shape) for shape in shapes if not shape.is_mesh() and shape.primitive_count()]
     points = np.concatenate(corners)
     centre = (points.min(axis=0) + points.max(axis=0)) / 2
+    radius = float(np.linalg.norm(points - centre, axis=-1).max())
+    check_size(centre, radius)
     faces_are_surfaces = groups is None and surfaces == "face"
     return Subject(
         scene=scene,
@@ -106,10 +112,22 @@ def open_subject(scene: Any, surfaces: str = "face", groups: Sequence[int] | NDA
         names=names,
         mesh=mesh,
         centre=centre,
-        radius=float(np.linalg.norm(points - centre, axis=-1).max()),
+        radius=radius,
         first_face=mi.UInt32(table),
         surface_of_face=None if faces_are_surfaces else mi.UInt32(surface.astype(np.uint32)),
     )
+
+
+def check_size(centre: Floats, radius: float) -> None:
+    """Raise SceneError for what single precision, with which rays are traced, would not see as it is."""
+    if not np.isfinite(radius) or radius > LARGEST:
+        raise SceneError(f"What there is to look at has a radius of {radius:.3g}; make it at most {LARGEST:g}.")
+    far = float(np.abs(centre).max())
+    if far * NEAREST > radius > 0:
+        raise SceneError(
+            f"What there is to look at has a radius of {radius:.3g} and is {far:.3g} from the origin, where single "
+            "precision cannot tell its parts; move it nearer."
+        )
 
 
 def number_surfaces(shapes: list[Any], counts: Integers, surfaces: str) -> tuple[Integers, list[str]]:
