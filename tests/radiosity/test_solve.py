@@ -74,12 +74,13 @@ def meant(scene, patches, chosen, spp):
     return radiance.mean(axis=1), radiance.std(axis=1) / np.sqrt(spp)
 
 
-def test_agrees_with_a_path_tracer_the_better_the_smaller_patches_are():
+@pytest.mark.parametrize("lights", [False, True])
+def test_agrees_with_a_path_tracer_the_better_the_smaller_patches_are(lights):
     box = mi.load_dict(mi.cornell_box())
     errors = []
     for size in (1.2, 0.5, 0.2):
         patches = cut(box, size)
-        found = solve(patches, 4096, residual=1e-5)
+        found = solve(patches, 512 if lights else 4096, residual=1e-5, lights=lights)
         lit = np.flatnonzero((patches.emitted.max(axis=1) == 0) & (patches.albedo.max(axis=1) > 0))
         chosen = np.random.default_rng(4).choice(lit, 60, replace=False)
         expected, _ = meant(box, patches, chosen, 2048)

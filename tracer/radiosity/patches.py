@@ -7,6 +7,7 @@ is a patch of its own. Rays find their patch from the face and the place on it t
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import drjit as dr
@@ -48,6 +49,11 @@ class Patches:
     def __len__(self) -> int:
         return len(self.areas)
 
+    @cached_property
+    def front_normals(self) -> Any:
+        """mi.Float: normals of the fronts of all cells, x, y, z in turn."""
+        return mi.Float(self.normals[: dr.width(self.back)].astype(np.float32).ravel())
+
     @property
     def points(self) -> Points:
         """The centres."""
@@ -61,25 +67,27 @@ class Patches:
         face = dr.gather(mi.UInt32, self.first_face, shape, hit) + found.prim_index
         cell = dr.gather(mi.UInt32, self.first_cell, face, hit)
         cell += cell_of(found.prim_uv, dr.gather(mi.UInt32, self.cuts, face, hit))
-        table = mi.Float(self.normals[: dr.width(self.back)].astype(np.float32).ravel())
-        normal = mi.Vector3f(*(dr.gather(mi.Float, table, 3 * cell + k, hit) for k in range(3)))
+        normal = mi.Vector3f(*(dr.gather(mi.Float, self.front_normals, 3 * cell + k, hit) for k in range(3)))
         side = dr.select(dr.dot(normal, ray.d) < 0, cell, dr.gather(mi.UInt32, self.back, cell, hit))
         return dr.select(hit, side, NOTHING)
 
-    def see(self, radiosity: Floats) -> See:
-        """Return what rays see of a solution (P, 3): the patch, and its radiance; the surroundings where they miss."""
+    def see(self, radiosity: Floats, surroundings: bool = True) -> See:
+        """Return what rays see of a solution (P, 3): the patch, and its radiance; the surroundings where they miss.
+
+        ``surroundings``: whether they shine.
+        """
         table = [mi.Float((channel / np.pi).astype(np.float32)) for channel in radiosity.T]
-        surroundings = self.scene.environment()
+        around = self.scene.environment() if surroundings else None
 
         def seen(ray: Any) -> tuple[Any, Any]:
             patch = self.find(ray)
             hit = patch != NOTHING
             radiance = mi.Color3f(*(dr.gather(mi.Float, channel, patch, hit) for channel in table))
-            if surroundings is not None:
+            if around is not None:
                 missed = ~hit & ~self.scene.ray_test(ray)
                 interaction = dr.zeros(mi.SurfaceInteraction3f, dr.width(ray))
                 interaction.wi = -ray.d
-                radiance = dr.select(missed, mi.Color3f(surroundings.eval(interaction, missed)), radiance)
+                radiance = dr.select(missed, mi.Color3f(around.eval(interaction, missed)), radiance)
             return patch, radiance
 
         return seen

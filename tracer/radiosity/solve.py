@@ -14,6 +14,7 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.radiosity.direct import direct_of_patches
 from tracer.radiosity.gather import cosine_rays
 from tracer.radiosity.hemisphere import MOST_RAYS, NOTHING
 from tracer.radiosity.patches import Patches
@@ -41,11 +42,15 @@ def solve(
     rays: int = 256,
     residual: float = 1e-5,
     seed: int = 0,
+    lights: bool = False,
     told: Callable[[str, int, int], None] = lambda text, done, total: None,
 ) -> Solution:
-    """Return the solution with ``rays`` rays a patch, gathered until a round changes less than ``residual``."""
+    """Return the solution with ``rays`` rays a patch, gathered until a round changes less than ``residual``.
+
+    ``lights``: light straight from emitters comes from as many places on these, instead of from rays that hit them.
+    """
     hits, around = [], []
-    dark = patches.see(np.zeros((len(patches), 3)))
+    dark = patches.see(np.zeros((len(patches), 3)), surroundings=not lights)
     most = max(1, MOST_RAYS // rays)
     for first in range(0, len(patches), most):
         told("rays", first, len(patches))
@@ -55,11 +60,14 @@ def solve(
         hits.append(patch)
         around.append(np.stack([one.numpy() for one in sums], axis=-1))
     from_around = np.concatenate(around).astype(np.float64)
+    if lights:
+        told("lights", 0, 1)
+        from_around += direct_of_patches(patches, rays, seed)
     supplied = float(np.sum(patches.areas[:, None] * (patches.emitted + patches.albedo * from_around)))
     radiosity, irradiance = patches.emitted, from_around
     change, done = np.inf, 0
     while change > residual and done < MOST_ROUNDS:
-        irradiance = from_around + gathered(hits, radiosity, rays)
+        irradiance = from_around + gathered(hits, radiosity - patches.emitted if lights else radiosity, rays)
         following = patches.emitted + patches.albedo * irradiance
         moved = float(np.sum(patches.areas[:, None] * np.abs(following - radiosity)))
         change, radiosity, done = moved / max(supplied, 1e-300), following, done + 1

@@ -40,10 +40,10 @@ def files_of(*modules: ModuleType) -> list[Path]:
 
 
 def plugin_sources() -> list[Path]:
-    """Return the files of our plugins."""
+    """Return the files of our plugins, but for the integrator that no study renders with."""
     from tracer import plugins
 
-    return sorted(Path(plugins.__path__[0]).glob("*.py"))
+    return sorted(path for path in Path(plugins.__path__[0]).glob("*.py") if path.stem != "radiosity")
 
 
 @cache

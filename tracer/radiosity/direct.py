@@ -1,0 +1,50 @@
+"""Light that comes straight from emitters: a small lamp is rarely found by rays that leave as the cosine does."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer.draw import divide
+from tracer.hashing import GOLDEN_RATIO, mix
+from tracer.radiosity.hemisphere import MOST_RAYS, NOTHING
+from tracer.radiosity.patches import Patches
+from tracer.viewpoint.item_buffer import gather_rows, to_unit
+
+Floats = NDArray[np.float64]
+
+
+def direct_light(scene: Any, interaction: Any, normal: Any, sample: Any, active: Any) -> Any:
+    """Return an estimate of the irradiance (mi.Color3f) at places on the side of ``normal``.
+
+    It is from one place on a light, both chosen by ``sample`` (mi.Point2f).
+    """
+    direction, weight = scene.sample_emitter_direction(interaction, sample, True, active)
+    cosine = dr.dot(direction.d, normal)
+    return dr.select(active & (direction.pdf > 0) & (cosine > 0), mi.Color3f(weight) * cosine, 0)
+
+
+def direct_of_patches(patches: Patches, rays: int, seed: int = 0) -> Floats:
+    """Return the irradiance (P, 3) that patches have from emitters, with ``rays`` places on them for each patch."""
+    found = []
+    most = max(1, MOST_RAYS // rays)
+    for first in range(0, len(patches), most):
+        count = min(most, len(patches) - first)
+        lane, number = divide(dr.arange(mi.UInt32, count * rays), rays)
+        patch = lane + dr.opaque(mi.UInt32, first)
+        key = mix(patch ^ mix(dr.opaque(mi.UInt32, (seed + 0x5BD1E995) & NOTHING)))
+        u = (mi.Float(number) + to_unit(key)) * dr.opaque(mi.Float, 1 / rays)
+        v = to_unit(number * GOLDEN_RATIO + mix(key))
+        interaction = dr.zeros(mi.Interaction3f, count * rays)
+        normal = mi.Normal3f(gather_rows(patches.normals, patch))
+        interaction.p = mi.Point3f(gather_rows(patches.centres, patch))
+        interaction.n = normal
+        light = direct_light(patches.scene, interaction, normal, mi.Point2f(u, v), True)
+        sums = [dr.block_sum(channel, rays) / rays for channel in light]
+        dr.eval(sums)
+        found.append(np.stack([one.numpy() for one in sums], axis=-1))
+    return np.concatenate(found).astype(np.float64)
