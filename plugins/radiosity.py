@@ -45,7 +45,7 @@ from tracer.radiosity.cut import cut
 from tracer.radiosity.direct import direct_light
 from tracer.radiosity.hemisphere import See
 from tracer.radiosity.patches import Patches
-from tracer.radiosity.solve import Solution, solve
+from tracer.radiosity.solve import Solution, Told, solve
 
 EXTENT = 40
 """Patches along the scene's largest extent, unless a size is given."""
@@ -67,8 +67,8 @@ class RadiosityIntegrator(mi.SamplingIntegrator):
         self.solution: Solution | None = None
         self.see: See
 
-    def prepare(self, scene: mi.Scene) -> None:
-        """Cut and solve ``scene`` unless that is done."""
+    def prepare(self, scene: mi.Scene, told: Told = lambda text, done, total: None) -> None:
+        """Cut and solve ``scene`` unless that is done. ``told`` hears of progress, and may raise to stop."""
         if self.patches is not None and self.patches.scene is scene:
             return
         box = scene.bbox()
@@ -77,7 +77,7 @@ class RadiosityIntegrator(mi.SamplingIntegrator):
         if patches.not_diffuse:
             names = ", ".join(patches.not_diffuse)
             mi.Log(mi.LogLevel.Warn, f"radiosity: not diffuse, and taken by the diffuse part alone: {names}")
-        self.solution = solve(patches, self.rays, self.residual, self.seed, lights=True)
+        self.solution = solve(patches, self.rays, self.residual, self.seed, True, told)
         reflected = self.solution.radiosity - patches.emitted
         self.see = (
             patches.see(reflected, surroundings=False)

@@ -21,6 +21,8 @@ from tracer.radiosity.patches import Patches
 
 Floats = NDArray[np.float64]
 MOST_ROUNDS = 1000
+Told = Callable[[str, int, int], None]
+"""Called with what is under way, how much of it is done, and how much there is. May raise to stop."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +45,7 @@ def solve(
     residual: float = 1e-5,
     seed: int = 0,
     lights: bool = False,
-    told: Callable[[str, int, int], None] = lambda text, done, total: None,
+    told: Told = lambda text, done, total: None,
 ) -> Solution:
     """Return the solution with ``rays`` rays a patch, gathered until a round changes less than ``residual``.
 
