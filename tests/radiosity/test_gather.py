@@ -5,7 +5,7 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from tests.radiosity.test_hemisphere import POINTS, UP, box, busy, nothing
+from .test_hemisphere import POINTS, UP, box, busy, nothing
 from tracer.radiosity import gather as module
 from tracer.radiosity.gather import gather, gather_evenly, share_out
 from tracer.radiosity.hemisphere import NOTHING, Division, Points, subdivide
