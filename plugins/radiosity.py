@@ -67,7 +67,7 @@ class RadiosityIntegrator(mi.SamplingIntegrator):
         self.solution: Solution | None = None
         self.see: See
 
-    def prepare(self, scene: mi.Scene, told: Told = lambda text, done, total: None) -> None:
+    def solve_for(self, scene: mi.Scene, told: Told = lambda text, done, total: None) -> None:
         """Cut and solve ``scene`` unless that is done. ``told`` hears of progress, and may raise to stop."""
         if self.patches is not None and self.patches.scene is scene:
             return
@@ -87,13 +87,13 @@ class RadiosityIntegrator(mi.SamplingIntegrator):
         self.patches = patches
 
     def render(self, scene: mi.Scene, *arguments: Any, **keywords: Any) -> mi.TensorXf:
-        self.prepare(scene)
+        self.solve_for(scene)
         return super().render(scene, *arguments, **keywords)
 
     def sample(
         self, scene: mi.Scene, sampler: mi.Sampler, ray: Any, medium: Any = None, active: Any = True
     ) -> tuple[Any, Any, list[Any]]:
-        self.prepare(scene)
+        self.solve_for(scene)
         plain = mi.Ray3f(ray.o, ray.d)
         if not self.final_gather:
             _, radiance = self.see(plain)

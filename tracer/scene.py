@@ -156,8 +156,8 @@ def open_scene(source: Any, sensor: Any = 0, integrator: Any = None, size: Size 
     view = View(scene, chosen, require_nestable(nested), settings)
     if mi.has_flag(chosen.film().flags(), mi.FilmFlags.Special):
         raise SceneError(f"Film '{chosen.film().class_name()}' is not supported; use an 'hdrfilm'.")
-    if hasattr(nested, "prepare"):  # of ours, that solve something first: not while samples are recorded
-        nested.prepare(scene)
+    if hasattr(nested, "solve_for"):  # of ours, that solve something first: not while samples are recorded
+        nested.solve_for(scene)
     original = resize_film(chosen, size)
     try:
         yield view

@@ -5,10 +5,11 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from .test_hemisphere import POINTS, UP, box, busy, nothing
 from tracer.radiosity import gather as module
 from tracer.radiosity.gather import gather, gather_evenly, share_out
 from tracer.radiosity.hemisphere import NOTHING, Division, Points, subdivide
+
+from .test_hemisphere import POINTS, UP, box, busy, nothing
 
 DEEP = Division(threshold=0.3, depth=2)
 

@@ -76,8 +76,10 @@ def test_it_can_end_early_and_says_how_far_it_is(cube):
     found = cover(*cube, RAYS, quality=0.999, most=3, told=lambda views, covered: told.append((views, covered)))
     assert len(found.chosen) == 3
     assert found.covered == pytest.approx([1 / 6, 2 / 6, 3 / 6])
-    assert [views for views, _ in told] == [1, 2, 3]
-    assert [covered for _, covered in told] == pytest.approx(found.covered)
+    chosen = [step for step in told if step[0] > 0]  # before, it looks
+    assert len(chosen) < len(told)
+    assert [views for views, _ in chosen] == [1, 2, 3]
+    assert [covered for _, covered in chosen] == pytest.approx(found.covered)
 
 
 def test_looking_again_finds_the_same(cube, monkeypatch):

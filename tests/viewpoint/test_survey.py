@@ -10,7 +10,7 @@ from tracer.viewpoint.channel import adjacent
 from tracer.viewpoint.item_buffer import Rays, around, at, projected_areas
 from tracer.viewpoint.lens import Orthographic, Perspective, WholeSphere
 from tracer.viewpoint.subject import open_subject
-from tracer.viewpoint.survey import survey
+from tracer.viewpoint.survey import sum_up, survey
 
 from .conftest import mesh_scene
 
@@ -189,3 +189,45 @@ def test_progress_counts_both_passes(subject):
     survey(subject, views, Perspective(19), RAYS, names, progress=lambda done, total: told.append((done, total)))
     assert told[-1] == (16, 16)
     assert told == sorted(told)
+
+
+def test_vertices_that_no_face_has_change_nothing():
+    corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 0.5], [50, 0, 0]])
+    faces = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
+    alone, stray = (open_subject(mesh_scene(one, faces)) for one in (corners[:4], corners))
+    assert stray.radius == alone.radius
+    views = around(alone.centre, 9, sphere.icosphere(0)[0])
+    found = [survey(one, views, Perspective(19), RAYS, ["curvature_entropy"]) for one in (alone, stray)]
+    assert np.array_equal(*(one["curvature_entropy"] for one in found))
+
+
+def test_what_sees_nothing_is_no_good_view(subject):
+    views = around(np.array([500.0, 0, 0]), 2, sphere.icosphere(0)[0])
+    beside = sphere.neighbours(sphere.icosphere(0)[1])
+    found = survey(subject, views, Perspective(19), RAYS, ["instability", "depth_stability"], beside=beside)
+    assert np.all(found["instability"] == 1)
+    assert np.all(found["depth_stability"] == 0)
+
+
+def test_true_areas_that_no_shape_tells_are_not_made_up():
+    group = {"type": "shapegroup", "cube": {"type": "cube"}}
+    one = {"type": "instance", "group": {"type": "ref", "id": "group"}}
+    scene = mi.load_dict({"type": "scene", "group": group, "one": one})
+    subject = open_subject(scene)
+    assert not subject.areas_known
+    views = around(subject.centre, 9, sphere.icosphere(0)[0])
+    assert survey(subject, views, Perspective(40), RAYS, ["entropy"])["entropy"].max() > 0
+    with pytest.raises(SettingsError, match="True areas are not known"):
+        survey(subject, views, Perspective(40), RAYS, ["kullback_leibler"])
+
+
+def test_salient_mutual_information_by_its_formula(subject, areas, values):
+    """VMI with p(z) S(z) / sum p S instead of p(z) (Feixas and others, equation 24)."""
+    channel = sum_up(subject, around(subject.centre, 6 * subject.radius, DIRECTIONS), Perspective(19), RAYS, True)
+    weighted = channel.sums * channel.saliency
+    expected = weighted / weighted.sum()
+    for k, row in enumerate(areas[:5]):
+        seen = row > 0
+        p = row[seen] / row.sum()
+        divergence = np.sum(p * np.log2(p / np.maximum(expected[seen], 1e-300)))
+        assert values["salient_mutual_information"][k] == pytest.approx(divergence, rel=1e-3)

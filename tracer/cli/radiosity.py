@@ -56,7 +56,7 @@ def radiosity(
             if not step(text, done, total):
                 raise KeyboardInterrupt
 
-        integrator.prepare(loaded, told)
+        integrator.solve_for(loaded, told)
     others = integrator.patches.not_diffuse
     if others and strict:
         raise SceneError(f"These shapes of '{scene}' are not diffuse: {', '.join(others)}; leave out --strict.")

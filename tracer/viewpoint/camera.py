@@ -13,34 +13,43 @@ from tracer.viewpoint.item_buffer import Viewpoints
 from tracer.viewpoint.lens import Lens, Orthographic, Perspective
 
 
-def sensors(viewpoints: Viewpoints, lens: Lens, size: int = 512) -> list[dict[str, Any]]:
+def sensors(
+    viewpoints: Viewpoints, lens: Lens, size: int = 512, clip: tuple[float, float] | None = None
+) -> list[dict[str, Any]]:
     """Return a Mitsuba sensor, as dictionary, for each view; the image is ``size`` pixels wide and high.
 
+    ``clip``: nearest and farthest distance that is seen; unless given those of Mitsuba, 0.01 and 10000.
     Raises ValueError for a lens that is no camera.
     """
     found = []
-    for eye, forward, up in zip(viewpoints.eyes, viewpoints.forward, viewpoints.up, strict=True):
-        place = mi.ScalarTransform4f().look_at(eye.tolist(), (eye + forward).tolist(), up.tolist())
+    planes = {} if clip is None else {"near_clip": clip[0], "far_clip": clip[1]}
+    for eye, forward, right, up in zip(
+        viewpoints.eyes, viewpoints.forward, viewpoints.right, viewpoints.up, strict=True
+    ):
+        # Not by look_at: far from the origin, single precision does not tell the place next to the eye from the eye.
+        place = mi.ScalarTransform4f(np.vstack([np.column_stack([-right, up, forward, eye]), [0.0, 0, 0, 1]]).tolist())
         film = {"type": "hdrfilm", "width": size, "height": size}
         if isinstance(lens, Orthographic):
             scaled = place @ mi.ScalarTransform4f().scale([lens.reach, lens.reach, 1.0])
-            found.append({"type": "orthographic", "to_world": scaled, "film": film})
+            found.append({"type": "orthographic", "to_world": scaled, "film": film, **planes})
         elif isinstance(lens, Perspective):
-            found.append({"type": "perspective", "fov": lens.field_of_view, "to_world": place, "film": film})
+            found.append({"type": "perspective", "fov": lens.field_of_view, "to_world": place, "film": film, **planes})
         else:
             raise ValueError("a view of all directions is no camera")
     return found
 
 
-def write_sensors(path: Path, viewpoints: Viewpoints, lens: Lens, size: int = 512) -> None:
+def write_sensors(
+    path: Path, viewpoints: Viewpoints, lens: Lens, size: int = 512, clip: tuple[float, float] | None = None
+) -> None:
     """Write the views as a Mitsuba file of sensors, for ``<include filename="..."/>`` in a scene."""
     lines = ['<scene version="3.0.0">']
-    for sensor in sensors(viewpoints, lens, size):
+    for sensor in sensors(viewpoints, lens, size, clip):
         matrix = " ".join(f"{value:.9g}" for value in np.array(sensor["to_world"].matrix).ravel())
-        fov = f'        <float name="fov" value="{sensor["fov"]:.9g}"/>' if "fov" in sensor else None
+        numbers = [name for name in ("fov", "near_clip", "far_clip") if name in sensor]
         lines += [
             f'    <sensor type="{sensor["type"]}">',
-            *([fov] if fov else []),
+            *(f'        <float name="{name}" value="{sensor[name]:.9g}"/>' for name in numbers),
             f'        <transform name="to_world"><matrix value="{matrix}"/></transform>',
             '        <sampler type="independent"/>',
             '        <film type="hdrfilm">',

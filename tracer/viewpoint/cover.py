@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer import complexity
+from tracer.errors import SceneError
 from tracer.viewpoint.item_buffer import Rays, Viewpoints, projected_areas
 from tracer.viewpoint.lens import Lens
 from tracer.viewpoint.subject import Subject
@@ -59,10 +60,14 @@ def cover(
     A surface is shown well by a view in which its projected area is at least ``quality`` (0 to 1] of the largest that
     it has in any. ``rule``: choose by the entropy of what is not yet shown; by the true area that would newly be; or
     such that what all chosen views see, mixed, diverges least from the true areas (M. Sbert and others, CAe 2005).
-    ``most``: end after so many views; ``enough``: when that share of the true area is shown. ``told``: called after
-    each choice with the number of views and the share shown.
+    ``most``: end after so many views; ``enough``: when that share of the true area is shown. ``told``: called as
+    it looks, and after each choice with the number of views and the share shown.
     """
-    look = Look(subject, viewpoints, lens, rays)
+    if not subject.areas_known:
+        raise SceneError(
+            "True areas are not known of all shapes (not of instances, curves, fields), as a view set needs."
+        )
+    look = Look(subject, viewpoints, lens, rays, lambda: told(0, 0.0))
     best = np.zeros(subject.count, np.float32)
     for _, areas in look:
         np.maximum(best, areas, out=best)
@@ -137,7 +142,10 @@ def without_superfluous(shown: list[NDArray[np.bool_]], chosen: list[int]) -> tu
 class Look:
     """All views, one after the other, as often as one likes: from memory, or traced again where they do not fit."""
 
-    def __init__(self, subject: Subject, viewpoints: Viewpoints, lens: Lens, rays: Rays) -> None:
+    def __init__(
+        self, subject: Subject, viewpoints: Viewpoints, lens: Lens, rays: Rays, told: Callable[[], None] = lambda: None
+    ) -> None:
+        self.told = told
         self.arguments = (subject, viewpoints, lens, rays)
         self.kept: list[NDArray[np.float32]] | None = None
         self.fits = subject.count * len(viewpoints) <= MOST_KEPT
@@ -149,6 +157,7 @@ class Look:
             return
         found = []
         for batch in projected_areas(*self.arguments):
+            self.told()
             for k, areas in enumerate(batch.areas):
                 found += [areas.copy()] if self.fits else []
                 yield batch.first + k, areas

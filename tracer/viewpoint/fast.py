@@ -34,7 +34,7 @@ class Estimate:
     uncorrected: Floats
     """Of the observed shares."""
     once: Floats
-    """Share of the surfaces seen that one ray alone hit: an estimate is good where it is near 0."""
+    """Share of the surfaces seen that one ray alone hit: where it is near 1 no estimate is good."""
 
 
 def estimate_entropy(
@@ -67,6 +67,7 @@ def estimate(areas: Floats, count: float) -> tuple[float, float, float, float]:
     entropy = float(np.sum(p * surprise))
     variance = max(float(np.sum(p * surprise**2)) - entropy**2, 0.0)
     hits = np.rint(p * count)
+    hits = hits[hits > 0]  # what rounding left of a background that nothing hit is none
     corrected, once = grassberger(hits), float(np.mean(hits <= 1))
     return corrected, float(np.hypot(np.sqrt(variance / count), once * (corrected - entropy))), entropy, once
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -22,6 +23,8 @@ DISTANCE = 6.0
 """Radii between viewpoint and centre: that of the survey, with the sphere around the subject filling the image."""
 RING, RING_ANGLE = 6, np.radians(9.0)
 """Views beside one, and how far: as on an icosphere of 642."""
+SHARE = "projected_area"
+"""The measure that tells whether a view sees anything."""
 CHANNEL_LEVEL = 3
 """Of the icosphere with which measures compare that need all views."""
 
@@ -35,9 +38,17 @@ class Stand:
     lens: Lens
     up: Floats
 
+    radius: float = 0.0
+    """Of the sphere around the centre that holds the subject."""
+
     def viewpoints(self, directions: Floats) -> Viewpoints:
         """Return viewpoints in directions (V, 3) from the centre."""
         return around(self.centre, self.distance, directions, self.up)
+
+    @property
+    def clip(self) -> tuple[float, float]:
+        """Nearest and farthest distance along the view at which something of the subject may be."""
+        return max(self.distance - 1.1 * self.radius, 1e-3 * self.distance), self.distance + 1.1 * self.radius
 
 
 def stand(
@@ -55,9 +66,9 @@ def stand(
     radius = max(subject.radius + float(np.linalg.norm(centre - subject.centre)), 1e-12)
     distance = DISTANCE * radius if distance is None else distance
     if orthographic:
-        return Stand(centre, distance, Orthographic(radius), np.asarray(up, np.float64))
+        return Stand(centre, distance, Orthographic(radius), np.asarray(up, np.float64), radius)
     half = np.degrees(np.arcsin(min(radius / distance, np.sin(np.radians(60)))))
-    return Stand(centre, distance, Perspective(float(2 * half)), np.asarray(up, np.float64))
+    return Stand(centre, distance, Perspective(float(2 * half)), np.asarray(up, np.float64), radius)
 
 
 @dataclass
@@ -74,6 +85,10 @@ class Gauge:
     evaluations: int = 0
     """Views that were measured, those of a channel too."""
     channel: Channel | None = field(default=None, repr=False)
+    progress: Callable[[int, int], None] | None = field(default=None, repr=False)
+    """Called with the views that are done and all there are, of each call. May raise to stop."""
+    seen: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, bool), repr=False)
+    """Of the last call: which views saw anything."""
 
     @property
     def measure(self) -> measures.Measure:
@@ -86,7 +101,7 @@ class Gauge:
         needs = self.measure.needs
         if "channel" in needs and self.channel is None:
             views = self.stand.viewpoints(icosphere(CHANNEL_LEVEL)[0])
-            self.channel = sum_up(self.subject, views, self.stand.lens, self.rays, "saliency" in needs)
+            self.channel = sum_up(self.subject, views, self.stand.lens, self.rays, "saliency" in needs, self.tell)
             self.evaluations += len(views)
         count = len(directions)
         beside: list[Integers] | None = None
@@ -98,18 +113,22 @@ class Gauge:
         self.evaluations += len(directions)
         views = self.stand.viewpoints(directions)
         if self.estimated:
-            return self.estimate(views).entropy
-        found = survey(
+            found = self.estimate(views)
+            self.seen = found.entropy > 0
+            return found.entropy
+        values = survey(
             self.subject,
             views,
             self.stand.lens,
             self.rays,
-            [self.name],
+            [self.name, SHARE],
             background=self.background,
             beside=beside,
             channel=self.channel,
+            progress=self.progress,
         )
-        return found[self.name][:count]
+        self.seen = values[SHARE][:count] > 0
+        return values[self.name][:count]
 
     @property
     def estimated(self) -> bool:
@@ -120,14 +139,20 @@ class Gauge:
         """Return the entropy of views from random rays."""
         return estimate_entropy(self.subject, views, self.stand.lens, self.rays.random, self.rays.seed, self.background)
 
+    def tell(self, done: int) -> None:
+        """Tell of views of a channel."""
+        if self.progress is not None:
+            self.progress(done, len(icosphere(CHANNEL_LEVEL)[0]))
+
     @property
     def sign(self) -> int:
         """1 if more is better, else -1."""
         return 1 if self.good == "most" else -1
 
     def better(self, directions: Floats) -> Floats:
-        """Return the same, so that more is better."""
-        return self.sign * self(directions)
+        """Return the same, so that more is better, and what sees nothing is worst of all."""
+        values = self.sign * self(directions)
+        return np.where(self.seen & ~np.isnan(values), values, -np.inf)
 
 
 def ring(direction: Floats, angle: float) -> Floats:

@@ -57,6 +57,8 @@ def read_atoms(path: str | Path) -> Atoms:
             first = f"there is no element {error}"
         elif isinstance(error, StopIteration):
             first = "it ends before its atoms do"
+        elif not str(error) or not first.isprintable():
+            first = f"{type(error).__name__} while reading it"
         raise SceneError(f"'{path}' is not a molecule that can be read: {first.rstrip('.')}.") from None
     if not len(found):
         raise SceneError(f"'{path}' has no atoms.")
@@ -109,7 +111,10 @@ def read_pdb(path: Path) -> Atoms:
             break
         if line.startswith(("ATOM  ", "HETATM")) and line[16:17] in " A1":
             column = line[76:78].strip()
-            symbols.append((column if column.isalpha() else line[12:14].strip(" 0123456789")).capitalize())
+            name = line[12:16]
+            # A hydrogen's name of four letters begins where the element of two would, as in HG11.
+            own = "H" if len(name.strip()) == 4 and name[0] == "H" else name[:2].strip(" 0123456789")
+            symbols.append((column if column.isalpha() else own).capitalize())
             positions.append([float(line[begin : begin + 8]) for begin in (30, 38, 46)])
     return Atoms(symbols, np.array(positions).reshape(-1, 3))
 
@@ -138,7 +143,10 @@ def ball(atoms: Atoms, radius: float, centre: ArrayLike | None = None) -> Atoms:
     if atoms.cell is not None:
         heights = 1 / np.linalg.norm(np.linalg.inv(atoms.cell), axis=0)
         reach = np.linalg.norm(positions - middle, axis=1).max() + radius
-        n = np.ceil(reach / heights).astype(int)
+        wanted = np.ceil(reach / heights)
+        if not np.all(wanted < MOST_TRIED):
+            raise SettingsError(f"A ball of {radius:g} Angstrom has too many atoms; cut out a smaller one.")
+        n = wanted.astype(int)
         require_few(len(atoms) * int(np.prod(2 * n.astype(object) + 1)), MOST_TRIED)
         shifts = np.stack(np.meshgrid(*(np.arange(-k, k + 1) for k in n), indexing="ij"), axis=-1).reshape(-1, 3)
         positions = ((shifts @ atoms.cell)[:, None] + positions).reshape(-1, 3)
@@ -163,7 +171,7 @@ def zone_axes(atoms: Atoms, most: int = 2) -> Floats:
     their principal ones, which is all that a molecule has.
     """
     centred = atoms.positions - atoms.positions.mean(axis=0)
-    axes = [np.linalg.svd(centred, full_matrices=True)[2]] if len(atoms) > 1 else []
+    axes = [np.linalg.eigh(centred.T @ centred)[1].T] if len(atoms) > 1 else []
     if atoms.cell is not None:
         n = np.arange(-most, most + 1)
         indices = np.stack(np.meshgrid(n, n, n, indexing="ij"), axis=-1).reshape(-1, 3)

@@ -19,7 +19,9 @@ from tracer.viewpoint.subject import Subject
 Floats = NDArray[np.float64]
 
 
-def render_views(subject: Subject, viewpoints: Viewpoints, lens: Lens, size: int, spp: int) -> list[Floats]:
+def render_views(
+    subject: Subject, viewpoints: Viewpoints, lens: Lens, size: int, spp: int, clip: tuple[float, float] | None = None
+) -> list[Floats]:
     """Return a picture (size, size, 3) in [0, 1], encoded as sRGB, of each view, with ``spp`` samples per pixel.
 
     Rendered with the scene's own integrator. The lens is one of ``stand``: square, parallel or a pinhole. Raises
@@ -27,7 +29,7 @@ def render_views(subject: Subject, viewpoints: Viewpoints, lens: Lens, size: int
     """
     require_light(subject)
     found = []
-    for sensor in sensors(viewpoints, lens, size):
+    for sensor in sensors(viewpoints, lens, size, clip):
         with open_scene(subject.scene, mi.load_dict(sensor), None) as view:
             image = render_view(view, make_settings(spp=spp, objective="display")).image
         found.append(np.asarray(encode_srgb(np.clip(np.nan_to_num(image[..., :3]), 0, 1))))

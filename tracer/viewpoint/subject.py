@@ -52,7 +52,7 @@ class Subject:
 
     scene: Any
     areas: Floats
-    """(Z,): true area of each surface."""
+    """(Z,): true area of each surface; NaN where a shape cannot tell it."""
     names: list[str]
     """Of the surfaces; empty where they are faces."""
     mesh: Mesh
@@ -69,6 +69,11 @@ class Subject:
     def count(self) -> int:
         """Number of surfaces Z."""
         return len(self.areas)
+
+    @property
+    def areas_known(self) -> bool:
+        """Whether all true areas are."""
+        return bool(np.all(np.isfinite(self.areas)))
 
     def surface(self, found: Any) -> Any:
         """Return the surface (mi.UInt32) of preliminary intersections; of those that miss, any number below Z."""
@@ -151,6 +156,8 @@ def gather_mesh(shapes: list[Any], counts: Integers, surface: Integers) -> tuple
         if shape.is_mesh():
             corners = np.array(shape.vertex_positions_buffer(), np.float64).reshape(-1, 3)
             faces = np.array(shape.faces_buffer(), np.int64).reshape(-1, 3)
+            used, faces = np.unique(faces, return_inverse=True)  # others would widen the sphere around the subject
+            corners, faces = corners[used], faces.reshape(-1, 3)
             vertices.append(corners)
             triangles.append(faces + placed)
             owners.append(surface[begin : begin + count])
@@ -170,12 +177,12 @@ def gather_mesh(shapes: list[Any], counts: Integers, surface: Integers) -> tuple
 
 
 def area_of(shape: Any) -> float:
-    """Return the area of a shape that is no mesh; of one that cannot tell (an instance), that of its bounding box."""
+    """Return the area of a shape that is no mesh; NaN of one that cannot tell, as instances and curves."""
     try:
-        return float(shape.surface_area()[0])
+        area = float(shape.surface_area()[0])
     except RuntimeError:
-        x, y, z = np.ptp(box_corners(shape), axis=0)
-        return float(2 * (x * y + y * z + z * x))
+        return float("nan")
+    return area if area > 0 else float("nan")
 
 
 def box_corners(shape: Any) -> Floats:

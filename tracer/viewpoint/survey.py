@@ -91,6 +91,10 @@ def check(needs: set[str], subject: Subject, lens: Lens, rays: Rays, beside: Seq
         )
     if {"mesh", "saliency"} & needs and not len(subject.mesh.triangles):
         raise SettingsError("Curvature and saliency need a mesh, and the scene has none; use another measure.")
+    if "areas" in needs and not subject.areas_known:
+        raise SettingsError(
+            "True areas are not known of all shapes (not of instances, curves, fields); use a measure without them."
+        )
     if "neighbours" in needs and beside is None:
         raise SettingsError("Stability compares a view with those beside it: measure it on a sphere of viewpoints.")
 

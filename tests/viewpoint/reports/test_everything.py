@@ -57,7 +57,13 @@ def test_the_report(public, tmp_path, monkeypatch):
     everything.everything(public, public / "scenes", out, lambda text, done, total: headings.append(text))
     page = (out / "results.md").read_text()
     found = json.loads((out / "results.json").read_text())
-    assert list(found) == ["Rate", "Searches", "Convergence of the fast estimate", "Molecules", "Pictures"]
+    assert list(found) == [
+        "Rate",
+        "Searches",
+        "View sets",
+        *("Convergence of the fast estimate", "Molecules", "Pictures"),
+    ]
+    assert list(found)[3:] == ["Convergence of the fast estimate", "Molecules", "Pictures"]
     assert all(heading in headings for heading in found)
     assert len(found["Searches"]) == 3 * 3 + 2  # no curvature without a mesh
     assert all(0 <= row["reached"][search] <= 1 + 1e-9 for row in found["Searches"] for search in row["reached"])

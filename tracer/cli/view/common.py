@@ -76,8 +76,8 @@ def desk(
         raise SettingsError(f"The distance must be positive, not {distance:g}.")
     if not np.all(np.isfinite([*(centre or ()), *(up or ())])):
         raise SettingsError("A place or direction is three finite numbers.")
-    if up is not None and not any(up):
-        raise SettingsError("What is upwards must have a direction, not 0 0 0.")
+    if up is not None and not 1e-100 < max(map(abs, up)) < 1e100:
+        raise SettingsError("What is upwards must have a direction and a sensible length; give 0 0 1, for example.")
     backend.activate()
     from tracer.viewpoint.gauge import stand
     from tracer.viewpoint.item_buffer import Rays

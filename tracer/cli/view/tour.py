@@ -37,10 +37,13 @@ def tour(
     Example: tracer view tour scene.xml -o tour
     """
     from tracer.cli.show import simple_table
+    from tracer.errors import OutputError
     from tracer.viewpoint import measures as known
     from tracer.viewpoint.reports import tour as report
 
     known.get(measure)
+    if not overwrite and any(output.glob("frame[0-9][0-9][0-9][0-9].png")):
+        raise OutputError(f"'{output}' has frames of another tour; choose another folder, or --overwrite.")
     with common.desk(
         source,
         output,

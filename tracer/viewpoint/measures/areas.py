@@ -27,7 +27,7 @@ def viewpoint_complexity(sight: Sight) -> float:
     return float(complexity.viewpoint_complexity(sight.projected, sight.subject.count, sight.image_area))
 
 
-@measure("visibility_ratio", "most")
+@measure("visibility_ratio", "most", "areas")
 def visibility_ratio(sight: Sight) -> float:
     """Return the true area of the surfaces that are seen as a share of all."""
     whole = float(sight.subject.areas.sum())
@@ -43,7 +43,7 @@ def entropy(sight: Sight) -> float:
     return float(complexity.entropy(areas))
 
 
-@measure("kullback_leibler", "least")
+@measure("kullback_leibler", "least", "areas")
 def kullback_leibler(sight: Sight) -> float:
     """Return the divergence of p(z|v) from the shares of true area in bits: 0 if all is seen in proportion.
 

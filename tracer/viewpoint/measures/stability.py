@@ -21,8 +21,10 @@ SIDE = 64
 def instability(sight: Sight) -> float:
     """Return the mean Jensen-Shannon divergence in bits between this view and those beside it, weighted by area.
 
-    M. Feixas, M. Sbert and F. Gonzalez, 2009, section 4.2. 0 without neighbours.
+    M. Feixas, M. Sbert and F. Gonzalez, 2009, section 4.2. 0 without neighbours; 1, the worst, if nothing is seen.
     """
+    if sight.total == 0:
+        return 1.0
     return float(np.mean([jensen_shannon(sight, other) for other in sight.neighbours])) if sight.neighbours else 0.0
 
 
@@ -45,10 +47,12 @@ def jensen_shannon(one: Sight, other: Sight) -> float:
 def depth_stability(sight: Sight) -> float:
     """Return the share of the views beside it whose depth image is alike: normalised compression distance below 0.87.
 
+    0 if nothing is seen. Small images of one object often differ by about as much, so it is coarse.
+
     P. Vazquez, "Automatic view selection through depth-based view stability analysis", The Visual Computer 25, 2009,
     counts them among all views, which takes the square of their number of compressions.
     """
-    if not sight.neighbours:
+    if not sight.neighbours or sight.total == 0:
         return 0.0
     return float(np.mean([compression_distance(sight, other) < SIMILAR for other in sight.neighbours]))
 

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from tracer import files
+from tracer.errors import SceneError
 from tracer.viewpoint import measures, plots
 from tracer.viewpoint.camera import write_sensors
 from tracer.viewpoint.reports.desk import Desk, name_direction, number
@@ -36,10 +37,10 @@ def best(
     gauge = desk.gauge(name, good)
     for k, search in enumerate(searches):
         desk.say(f"{search} search", k, len(searches) + 1)
-        start = time.perf_counter()
+        start, before = time.perf_counter(), gauge.evaluations
 
         def value(directions: np.ndarray, done: int = k) -> np.ndarray:
-            desk.say(f"{searches[done]} search", done, len(searches) + 1)
+            gauge.progress = lambda *_: desk.say(f"{searches[done]} search", done, len(searches) + 1)
             return gauge.better(directions)
 
         if search == "exhaustive":
@@ -50,8 +51,10 @@ def best(
         seconds = time.perf_counter() - start
         shown = number(gauge.sign * one.value)
         place = name_direction(one.direction, desk.stand.up)
-        lines.append([search, place, shown, str(one.evaluations), f"{seconds:.2f}"])
+        lines.append([search, place, shown, str(gauge.evaluations - before), f"{seconds:.2f}"])
     winner = max(found.values(), key=lambda one: one.value)
+    if not np.isfinite(winner.value):
+        raise SceneError("No view sees anything: the faces have no area, or all is out of sight; check --centre.")
     desk.say("pictures", len(searches), len(searches) + 1)
     directions, triangles = icosphere(SPHERE_LEVEL)
     values = gauge(directions)
@@ -60,7 +63,7 @@ def best(
     plots.sphere_plot(desk.folder / "sphere.png", [name], directions, triangles, [values], desk.stand.up, way, [marks])
     view = desk.stand.viewpoints(winner.direction[None])
     files.write_png(desk.folder / "best.png", desk.pictures(view, PICTURE)[0])
-    write_sensors(desk.folder / "camera.xml", view, desk.stand.lens)
+    write_sensors(desk.folder / "camera.xml", view, desk.stand.lens, clip=desk.stand.clip)
     report = {
         "measure": name,
         "good": "most" if gauge.sign > 0 else "least",

@@ -90,6 +90,7 @@ def measured(desk: Desk, view: Viewpoints, lens: Lens) -> list[list[str]]:
     """Return (name, value) of all measures that one view has by itself."""
     subject = desk.opened.subject
     others = {"channel", "neighbours", "saliency", *(() if len(subject.mesh.triangles) else ("mesh",))}
+    others |= set() if subject.areas_known else {"areas"}
     names = [name for name in measures.names() if not others & set(measures.get(name).needs)]
     values = survey(subject, view, lens, desk.rays, names, background=desk.background)
     return [[name, number(values[name][0])] for name in names]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tracer import files
+from tracer.errors import SceneError
 from tracer.viewpoint import plots
 from tracer.viewpoint.camera import write_sensors
 from tracer.viewpoint.cover import Cover, Rule, cover
@@ -33,6 +34,8 @@ def cover_report(
         enough,
         told=lambda count, covered: desk.say(f"{count} views", round(1000 * covered), 1000),
     )
+    if len(found.unseen) == desk.opened.subject.count:
+        raise SceneError("No view sees anything: the faces have no area, or all is out of sight; check --centre.")
     chosen = directions[found.chosen]
     names = [name_direction(direction, desk.stand.up) for direction in chosen]
     shares = [f"{100 * share:.1f} %" for share in found.covered]
@@ -48,6 +51,6 @@ def cover_report(
     )
     rows = [[k + 1, *direction, share] for k, (direction, share) in enumerate(zip(chosen, found.covered, strict=True))]
     files.write_text(desk.folder / "views.csv", csv(("view", "x", "y", "z", "shown_well"), rows))
-    write_sensors(desk.folder / "cameras.xml", views[found.chosen], desk.stand.lens)
+    write_sensors(desk.folder / "cameras.xml", views[found.chosen], desk.stand.lens, clip=desk.stand.clip)
     lines = [[str(k + 1), name, share] for k, (name, share) in enumerate(zip(names, shares, strict=True))]
     return lines, found

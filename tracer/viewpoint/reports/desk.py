@@ -15,6 +15,7 @@ from tracer.viewpoint.look import look
 from tracer.viewpoint.measures import Best, get
 from tracer.viewpoint.rendered import render_views
 from tracer.viewpoint.source import Opened
+from tracer.viewpoint.sphere import frame, normalised
 
 Floats = NDArray[np.float64]
 THUMBNAIL = 220
@@ -52,16 +53,15 @@ class Desk:
     def pictures(self, viewpoints: Viewpoints, size: int = THUMBNAIL) -> list[Floats]:
         """Return pictures of views."""
         if self.spp:
-            return render_views(self.opened.subject, viewpoints, self.stand.lens, size, self.spp)
+            return render_views(self.opened.subject, viewpoints, self.stand.lens, size, self.spp, self.stand.clip)
         return look(self.opened.subject, viewpoints, self.stand.lens, size, self.opened.colours)
 
 
 def name_direction(direction: Floats, up: Floats) -> str:
     """Return how a person would say a direction: degrees around ``up``, and above the horizon."""
-    axis = int(np.abs(up).argmax())
-    height = np.degrees(np.arcsin(np.clip(np.dot(direction, up) / np.linalg.norm(up), -1, 1)))
-    first, second = (axis + 1) % 3, (axis + 2) % 3
-    round_about = np.degrees(np.arctan2(direction[second], direction[first])) % 360
+    height = np.degrees(np.arcsin(np.clip(np.dot(direction, normalised(up)), -1, 1)))
+    second, first = frame(-normalised(up))
+    round_about = np.degrees(np.arctan2(direction @ second, direction @ first)) % 360
     return f"{round_about:.0f}°, {height:+.0f}°"
 
 

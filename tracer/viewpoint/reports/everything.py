@@ -7,6 +7,7 @@ import json
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, get_args
 
@@ -28,7 +29,7 @@ from tracer.viewpoint.reports.desk import Desk, Told
 from tracer.viewpoint.reports.measure import measure
 from tracer.viewpoint.reports.page import to_markdown
 from tracer.viewpoint.reports.tour import tour
-from tracer.viewpoint.search import exhaustive_search, paper_search
+from tracer.viewpoint.search import Found, Valued, exhaustive_search, paper_search
 from tracer.viewpoint.source import Crystal, Opened, open_source
 from tracer.viewpoint.sphere import evenly, icosphere
 from tracer.viewpoint.survey import survey
@@ -116,6 +117,11 @@ def rate(opened: Opened) -> dict[str, Any]:
 def searches(opened: dict[str, Opened], folder: Path, told: Told) -> list[dict[str, Any]]:
     """Return for each subject and measure what the searches reach: 0 the worst view of 162, 1 the best known."""
     rows = []
+    ways: dict[str, Callable[[Valued], Found]] = {
+        "paper": paper_search,
+        "octants": partial(paper_search, all_octants=True),
+        "exhaustive": partial(exhaustive_search, level=SEARCH_LEVEL),
+    }
     for file, one in opened.items():
         desk = desk_of(one, folder, told, SEARCH_SIDE)
         for name in measures.names():
@@ -125,16 +131,15 @@ def searches(opened: dict[str, Opened], folder: Path, told: Told) -> list[dict[s
             told(f"searches: {file}, {name}", 1, 6)
             gauge = desk.gauge(name)
             all_around = gauge.better(icosphere(SEARCH_LEVEL)[0])
-            found = {
-                "paper": paper_search(gauge.better),
-                "octants": paper_search(gauge.better, all_octants=True),
-                "exhaustive": exhaustive_search(gauge.better, SEARCH_LEVEL),
-            }
+            found, views = {}, {}
+            for search, run in ways.items():
+                before = gauge.evaluations
+                found[search] = run(gauge.better)
+                views[search] = gauge.evaluations - before
             most = max(float(all_around.max()), *(each.value for each in found.values()))
             finite = all_around[np.isfinite(all_around)]
             span = most - float(finite.min()) if len(finite) else 0.0
             reached = {k: (each.value - most) / span + 1 if span > 0 else 1.0 for k, each in found.items()}
-            views = {k: each.evaluations for k, each in found.items()}
             rows.append({"subject": file, "measure": name, "reached": reached, "views": views})
     return rows
 

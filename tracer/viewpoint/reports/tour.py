@@ -56,7 +56,7 @@ def tour(desk: Desk, name: str, steps: int, step: float, frames: int, size: int)
     for old in desk.folder.glob("frame[0-9][0-9][0-9][0-9].png"):
         if int(old.stem[5:]) >= frames:
             old.unlink()  # of a longer tour that was here before
-    write_sensors(desk.folder / "cameras.xml", film, desk.stand.lens, size)
+    write_sensors(desk.folder / "cameras.xml", film, desk.stand.lens, size, desk.stand.clip)
     shown = gauge(found.directions)
     far = np.degrees(angle(found.directions, found.directions[0]))
     table = list(zip(found.directions, shown, found.weights, far, strict=True))
