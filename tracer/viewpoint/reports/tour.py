@@ -50,8 +50,9 @@ def tour(desk: Desk, name: str, steps: int, step: float, frames: int, size: int)
     pictures = []
     for k in range(frames):
         desk.say("frames", k, frames)
-        pictures.append(desk.pictures(film[k : k + 1], size)[0])
-        files.write_png(desk.folder / f"frame{k:04d}.png", pictures[-1])
+        picture = desk.pictures(film[k : k + 1], size)[0]
+        files.write_png(desk.folder / f"frame{k:04d}.png", picture)
+        pictures.append(np.rint(np.clip(picture, 0, 1) * 255).astype(np.uint8))
     write_film(desk.folder / "tour.webp", pictures)
     for old in desk.folder.glob("frame[0-9][0-9][0-9][0-9].png"):
         if int(old.stem[5:]) >= frames:
@@ -82,11 +83,11 @@ def goodness(gauge: Gauge, values: Floats) -> Any:
     return good
 
 
-def write_film(path: Any, pictures: list[Floats]) -> None:
-    """Write pictures (H, W, 3) in [0, 1] as an animation, there and back again without end."""
+def write_film(path: Any, pictures: list[NDArray[np.uint8]]) -> None:
+    """Write pictures (H, W, 3) as an animation, there and back again without end."""
     from PIL import Image
 
-    images = [Image.fromarray(np.rint(np.clip(picture, 0, 1) * 255).astype(np.uint8)) for picture in pictures]
+    images = [Image.fromarray(picture) for picture in pictures]
     images += images[-2:0:-1]
     with files.whole(path) as temporary:
         images[0].save(
