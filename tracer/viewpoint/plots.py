@@ -55,6 +55,8 @@ def draw_sphere(
 
     ``path`` (N, 3) is drawn as a line, ``marks`` as crosses with their names.
     """
+    from matplotlib.patheffects import withStroke
+
     finite = np.isfinite(values)
     shown = np.where(finite, values, np.nanmax(values[finite]) if finite.any() else 0.0)
     patches = None
@@ -74,7 +76,10 @@ def draw_sphere(
             x, y, depth = flat(direction[None], up, below)
             if depth[0] >= 0:
                 axis.plot(x, y, "x", color="red", markersize=7, markeredgewidth=2)
-                axis.annotate(name, (x[0], y[0]), color="white", fontsize=7, xytext=(4, 4), textcoords="offset points")
+                inward = -4 if x[0] > 0 else 4
+                side = "right" if x[0] > 0 else "left"
+                text = axis.annotate(name, (x[0], y[0]), fontsize=7, xytext=(inward, 4), textcoords="offset points")
+                text.set(color="white", ha=side, path_effects=[withStroke(linewidth=2, foreground="black")])
         finish(axis, "from below" if below else "from above")
     return patches
 
