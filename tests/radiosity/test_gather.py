@@ -6,102 +6,159 @@ import numpy as np
 import pytest
 
 from tracer.radiosity import gather as module
-from tracer.radiosity.gather import gather, gather_evenly, share_out
-from tracer.radiosity.hemisphere import NOTHING, Division, Points, subdivide
+from tracer.radiosity.gather import gather
+from tracer.radiosity.groups import alone, neighbours
+from tracer.radiosity.guide import Guidance, make_guide
+from tracer.radiosity.hemisphere import Division, subdivide
+from tracer.radiosity.lattice import evenly
+from tracer.radiosity.strata import Strata
+from tracer.radiosity.warp import Warp
 
-from .test_hemisphere import POINTS, UP, box, busy, nothing
+from .scenery import POINTS, UP, box, busy, nothing, plane, square
 
-DEEP = Division(threshold=0.3, depth=2)
-
-
-def square(corner, first, second):
-    """Return what a parallelogram of radiance 1 looks like."""
-    corner, first, second = (np.array(each, float) for each in (corner, first, second))
-    normal = np.cross(first, second)
-
-    def see(ray):
-        n, c = mi.Vector3f(normal.tolist()), mi.Point3f(corner.tolist())
-        distance = dr.dot(c - ray.o, n) / dr.dot(ray.d, n)
-        at = ray(distance) - c
-        a = dr.dot(at, mi.Vector3f(first.tolist())) / float(first @ first)
-        b = dr.dot(at, mi.Vector3f(second.tolist())) / float(second @ second)
-        hit = (distance > 0) & (a >= 0) & (a < 1) & (b >= 0) & (b < 1)
-        return dr.select(hit, mi.UInt32(1), mi.UInt32(NOTHING)), mi.Color3f(dr.select(hit, 1.0, 0.0))
-
-    return see
+DEEP = Division("entropy", 0.3, 2, 16)
+GUIDANCE = Guidance("entropy", members=1, worth=0.0)
+WAYS = {"evenly": lambda guide: evenly, "strata": Strata, "warp": Warp}
 
 
-def test_a_shining_box_has_no_variance():
-    for found in (gather_evenly(box, POINTS, 50), gather(box, POINTS, 50), gather(box, POINTS, 200, DEEP)):
-        assert found.irradiance == pytest.approx(np.full((7, 3), np.pi), rel=2e-6)
-    assert gather(nothing, POINTS, 64).irradiance.max() == 0
+def guide(see, groups, division=DEEP, seed=0, floor=0.5, kind="entropy"):
+    return make_guide(see, groups, division, Guidance(kind, members=1, worth=0.0, floor=floor), 10000, seed)
 
 
-PARALLEL = square([0, 0, 1], [1, 0, 0], [0, 1, 0])
-BESIDE = square([0, 0, 0], [0, 1, 0], [0, 0, 1])
-FACTORS = {"parallel": (PARALLEL, 0.199825), "perpendicular": (BESIDE, 0.200044)}
+@pytest.mark.parametrize("way", WAYS)
+def test_a_shining_box_has_no_variance(way):
+    groups = alone(POINTS)
+    found = gather(box, groups, 50, WAYS[way](guide(box, groups)))
+    assert found.irradiance == pytest.approx(np.full((7, 3), np.pi), rel=2e-6)
+    assert found.rays == 350
+    assert gather(nothing, groups, 64, WAYS[way](guide(nothing, groups))).irradiance.max() == 0
+
+
+def test_strata_have_no_variance_in_a_shining_box_even_where_it_is_busy():
+    groups = alone(POINTS)
+    found = gather(box, groups, 400, Strata(guide(busy, groups)))
+    assert found.irradiance == pytest.approx(np.full((7, 3), np.pi), rel=1e-5)
+
+
+def test_strata_give_each_triangle_its_share_and_at_least_one_ray():
+    groups = alone(POINTS)
+    made = guide(busy, groups)
+    rays = 1000
+    point = dr.repeat(dr.arange(mi.UInt32, 7), rays)
+    number = dr.tile(dr.arange(mi.UInt32, rays), 7)
+    _, weight = Strata(made)(point, number, mi.UInt32(rays), 3)
+    weight = weight.numpy().reshape(7, rays)
+    for k in range(7):
+        here = slice(made.first[k], made.first[k + 1])
+        projected = made.regions.pyramid.projected[made.regions.triangle[here]]
+        count = len(projected)
+        # Rays of a triangle stand for its projected solid angle over their number, and all for pi.
+        assert weight[k].sum() == pytest.approx(np.pi, rel=1e-5)
+        sure = 1.01 * count / rays
+        expected = rays * ((1 - sure) * made.share[here] + sure / count)
+        times = [
+            np.isclose(weight[k], p / n, rtol=1e-4).any() for p, n in zip(projected, np.round(expected), strict=True)
+        ]
+        assert np.mean(times) > 0.3
+        assert len(np.unique(weight[k].round(9))) <= count
+
+
+def test_strata_with_more_triangles_than_rays_are_even():
+    groups = alone(UP)
+    few = gather(busy, groups, 4, Strata(guide(busy, groups)), seed=5)
+    assert few.irradiance == pytest.approx(gather(busy, groups, 4, evenly, seed=5).irradiance, rel=1e-6)
+
+
+def test_a_warp_without_a_reason_changes_nothing():
+    groups = alone(POINTS)
+    even = gather(busy, groups, 256, evenly, 9).irradiance
+    flat = gather(busy, groups, 256, Warp(guide(busy, groups, floor=1.0)), 9).irradiance
+    assert flat == pytest.approx(even, rel=1e-4)
+
+
+def test_a_warp_has_the_density_it_says():
+    """The weights are one over a density: their mean is 1 wherever they are averaged over the hemisphere."""
+    groups = alone(UP)
+    made = guide(busy, groups)
+    count = 1 << 18
+    zero, number = dr.zeros(mi.UInt32, count), dr.arange(mi.UInt32, count)
+    toward, weight = Warp(made)(zero, number, mi.UInt32(count), 0)
+    toward, weight = np.array(toward).T, weight.numpy()
+    assert weight.sum() == pytest.approx(np.pi, rel=1e-3)
+    table = made.regions.pyramid
+    for triangle in range(4, 20):
+        planes = np.cross(table.corners[triangle], np.roll(table.corners[triangle], -1, axis=0))
+        inside = (toward @ planes.T > 0).all(axis=1)
+        assert weight[inside].sum() == pytest.approx(table.projected[triangle], rel=0.02)
+    # More rays where it is busy than the cosine would send there.
+    there = toward[:, 0] > 0.6
+    assert there.mean() > 1.5 * weight[there].sum() / np.pi
+
+
+FACTORS = {
+    "parallel": (square([0, 0, 1], [1, 0, 0], [0, 1, 0]), 0.199825),
+    "perpendicular": (square([0, 0, 0], [0, 1, 0], [0, 0, 1]), 0.200044),
+}
 
 
 @pytest.mark.parametrize("name", FACTORS)
-@pytest.mark.parametrize("guided", [False, True])
-def test_form_factors_of_unit_squares(name, guided):
+@pytest.mark.parametrize("way", WAYS)
+def test_form_factors_of_unit_squares(name, way):
     """J. R. Howell, A Catalog of Radiation Heat Transfer Configuration Factors, C-11 and C-14."""
     see, expected = FACTORS[name]
-    count = 64
-    generator = np.random.default_rng(7)
-    cells = np.stack(np.meshgrid(np.arange(count), np.arange(count)), axis=-1).reshape(-1, 2)
-    places = np.column_stack([(cells + generator.random(cells.shape)) / count, np.zeros(len(cells))])
-    points = Points(places, np.tile([0.0, 0, 1], (len(places), 1)))
-    way = (lambda seed: gather(see, points, 512, DEEP, seed=seed)) if guided else None
-    way = way or (lambda seed: gather_evenly(see, points, 512, seed))
-    found = np.array([way(seed).irradiance[:, 0].mean() / np.pi for seed in range(12)])
+
+    def factor(seed):
+        groups = neighbours(plane(64, seed), 256)
+        made = make_guide(see, groups, Division("deviation", 0.6, 2, 64), Guidance(members=256), 1, seed + 100)
+        return gather(see, groups, 512, WAYS[way](made), seed).irradiance[:, 0].mean() / np.pi
+
+    found = np.array([factor(seed) for seed in range(12)])
     stderr = found.std(ddof=1) / np.sqrt(len(found))
     assert stderr < 2e-4
-    # Four comparisons at 5 standard errors of 12 seeds (Student): false alarms below 1 in 600.
+    # Six comparisons at 5 standard errors of 12 seeds (Student): false alarms below 1 in 400.
     assert abs(found.mean() - expected) < 5 * stderr + 1e-6
 
 
-@pytest.mark.parametrize("floor", [0.0, 0.3, 1.0])
+@pytest.mark.parametrize("floor", [0.1, 0.5, 1.0])
 @pytest.mark.parametrize("kind", ["entropy", "deviation"])
-def test_no_bias_wherever_the_rays_go(kind, floor):
-    truth = gather_evenly(busy, UP, 1 << 21).irradiance[0, 0]
+@pytest.mark.parametrize("way", ["strata", "warp"])
+def test_no_bias_wherever_the_rays_go(kind, floor, way):
+    groups = alone(UP)
+    truth = gather(busy, groups, 1 << 21).irradiance[0, 0]
     division = Division(kind, 0.2, depth=2)
-    found = np.array([gather(busy, UP, 400, division, floor, 10000, seed).irradiance[0, 0] for seed in range(200)])
+    found = np.array(
+        [
+            gather(
+                busy, groups, 300, WAYS[way](guide(busy, groups, division, 1000 + seed, floor, kind)), seed
+            ).irradiance[0, 0]
+            for seed in range(100)
+        ]
+    )
     stderr = found.std() / np.sqrt(len(found))
-    # Six comparisons at 4 standard errors: false alarms below 1 in 2500.
+    # Twelve comparisons at 4 standard errors: false alarms below 1 in 1000.
     assert abs(found.mean() - truth) < 4 * stderr
 
 
-def test_rays_are_as_many_as_asked_for():
-    for rays in (100, 1000):
-        found = gather(busy, POINTS, rays, Division(depth=1, rays=4))
-        assert found.rays / len(POINTS) == pytest.approx(rays, rel=0.1)
-
-
-@pytest.mark.parametrize("floor", [0.0, 0.5, 1.0])
-def test_rays_go_where_it_is_complex(floor):
-    regions = subdivide(busy, POINTS, Division(depth=2, rays=16))
-    counts = share_out(regions, len(POINTS), 10000, floor)
-    projected = regions.pyramid.projected[regions.triangle]
-    assert counts.min() >= 1
-    of_points = np.bincount(regions.point, counts)
-    assert of_points == pytest.approx(np.full(7, 10000), rel=0.01)
-    for point in range(7):
-        here = regions.point == point
-        weight = projected[here] * regions.complexity[here]
-        weight = weight / weight.sum() if weight.sum() > 0 else projected[here] / np.pi
-        expected = 10000 * (floor * projected[here] / np.pi + (1 - floor) * weight)
-        assert np.abs(counts[here] - np.maximum(expected, 1)).max() <= 1
-
-
-def test_where_nothing_is_complex_rays_go_as_the_cosine():
-    regions = subdivide(box, UP, Division(depth=2))
-    assert share_out(regions, 1, 4000, 0.0).tolist() == pytest.approx([1000] * 4, abs=1)
+def test_a_guide_that_knows_where_radiance_varies_gains():
+    groups = neighbours(plane(16), 256)
+    truth = gather(busy, groups, 1 << 14, seed=77).irradiance
+    made = make_guide(busy, groups, Division("deviation", 0.6, 2, 128), Guidance(), 1, 0)
+    errors = [
+        np.mean([np.mean((gather(busy, groups, 256, way, seed).irradiance - truth) ** 2) for seed in range(4)])
+        for way in (evenly, Warp(made))
+    ]
+    assert errors[1] < errors[0] / 1.5
 
 
 def test_wavefronts_change_nothing(monkeypatch):
-    whole = gather(busy, POINTS, 500, DEEP, floor=0.2)
-    monkeypatch.setattr(module, "MOST_RAYS", 700)
-    parts = gather(busy, POINTS, 500, DEEP, floor=0.2)
-    assert parts.rays == whole.rays
-    assert parts.irradiance == pytest.approx(whole.irradiance, rel=0.3)
+    groups = alone(POINTS)
+    ways = [evenly, Strata(guide(busy, groups)), Warp(guide(busy, groups))]
+    whole = [gather(busy, groups, 500, way).irradiance for way in ways]
+    monkeypatch.setattr(module, "MOST_RAYS", 1100)
+    for before, way in zip(whole, ways, strict=True):
+        assert gather(busy, groups, 500, way).irradiance == pytest.approx(before, rel=1e-5)
+
+
+def test_regions_know_their_group():
+    regions = subdivide(busy, neighbours(plane(16), 64), Division(rays=16))
+    assert np.unique(regions.group).tolist() == [0, 1, 2, 3]

@@ -1,49 +1,34 @@
 """Hemispheres are split where what they see is complex."""
 
-import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
 
 from tracer.radiosity import hemisphere
-from tracer.radiosity.hemisphere import KINDS, NOTHING, Division, Points, subdivide
+from tracer.radiosity.groups import Points, alone, neighbours
+from tracer.radiosity.hemisphere import KINDS, NOTHING, UNSEEN, Division, subdivide
+from tracer.radiosity.projected import table_of
 
-GENERATOR = np.random.default_rng(1)
-NORMALS = GENERATOR.normal(size=(7, 3))
-POINTS = Points(GENERATOR.normal(size=(7, 3)), NORMALS / np.linalg.norm(NORMALS, axis=1, keepdims=True))
-UP = Points(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]))
+from .scenery import GENERATOR, POINTS, UP, box, busy, plane
 
-
-def box(ray):
-    """Everything is one thing that shines alike."""
-    return dr.zeros(mi.UInt32, dr.width(ray)), mi.Color3f(1.0) + dr.zeros(mi.Float, dr.width(ray))
-
-
-def nothing(ray):
-    return dr.zeros(mi.UInt32, dr.width(ray)) + NOTHING, dr.zeros(mi.Color3f, dr.width(ray))
-
-
-def busy(ray):
-    """Where x > 0.6 every ray hits something else, which shines or not."""
-    cell = mi.UInt32(dr.abs(ray.d.y) * 9999)
-    there = ray.d.x > 0.6
-    return dr.select(there, cell, 0), mi.Color3f(dr.select(there & (cell % 2 == 0), 5.0, 0.0))
+THRESHOLDS = {"distinct": 1.5, "viewpoint_complexity": 1.00015, "deviation": 0.6}
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_is_simple_is_not_split(kind):
-    threshold = 2.5 if kind in ("distinct", "viewpoint_complexity") else 0.1
-    regions = subdivide(box, POINTS, Division(kind, threshold, depth=3))
+    threshold = 2.5 if kind in ("distinct", "viewpoint_complexity") else THRESHOLDS.get(kind, 0.1)
+    regions = subdivide(box, alone(POINTS), Division(kind, threshold, depth=3))
     assert regions.triangle.tolist() == [0, 1, 2, 3] * 7
-    assert regions.point.tolist() == np.repeat(np.arange(7), 4).tolist()
-    assert regions.radiance == pytest.approx(np.ones((28, 3)))
+    assert regions.group.tolist() == np.repeat(np.arange(7), 4).tolist()
+    assert regions.mean == pytest.approx(np.ones(28))
+    assert regions.deviation == pytest.approx(np.zeros(28), abs=1e-3)
     assert regions.rays == 28 * 8
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_is_busy_is_split(kind):
-    threshold = {"distinct": 1.5, "viewpoint_complexity": 1.00015}.get(kind, 0.1)
-    regions = subdivide(busy, UP, Division(kind, threshold, depth=3, rays=16), surfaces=10000)
+    threshold = THRESHOLDS.get(kind, 0.1)
+    regions = subdivide(busy, alone(UP), Division(kind, threshold, depth=3, rays=16), surfaces=10000)
     table = regions.pyramid
     assert table.solid[regions.triangle].sum() == pytest.approx(2 * np.pi)
     assert table.projected[regions.triangle].sum() == pytest.approx(np.pi)
@@ -55,12 +40,12 @@ def test_what_is_busy_is_split(kind):
 
 
 def test_depth_is_a_limit():
-    regions = subdivide(busy, UP, Division(threshold=-1.0, depth=2))
+    regions = subdivide(busy, alone(UP), Division(threshold=-1.0, depth=2))
     assert len(regions.triangle) == 64
     assert regions.rays == 8 * (4 + 16 + 64)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "deviation"])
 def test_complexity_of_rays_by_brute_force(kind):
     seen = GENERATOR.integers(0, 4, (6, 16))
     light = GENERATOR.random((6, 16))
@@ -69,11 +54,11 @@ def test_complexity_of_rays_by_brute_force(kind):
     def see(ray):
         return mi.UInt32(identity.ravel().astype(np.uint32)), mi.Color3f(mi.Float(light.ravel().astype(np.float32)))
 
-    places = Points(np.zeros((6, 3)), np.tile([0.0, 0, 1], (6, 1)))
-    table = hemisphere.pyramid(0)
+    groups = alone(Points(np.zeros((6, 3)), np.tile([0.0, 0, 1], (6, 1))))
+    parts = table_of(0)
     division = Division(kind, rays=16)
-    values, radiance = hemisphere.look(see, places, table, np.arange(6), np.zeros(6, int), division, 50, 0)
-    for row, shine, value in zip(seen, light, values, strict=True):
+    values, mean, deviation = hemisphere.look(see, groups, parts, np.arange(6), np.zeros(6, int), division, 50, 0)
+    for row, value in zip(seen, values, strict=True):
         p = np.bincount(row) / 16
         p = p[p > 0]
         expected = {
@@ -81,15 +66,53 @@ def test_complexity_of_rays_by_brute_force(kind):
             "gini": 1 - np.sum(p**2),
             "distinct": len(p),
             "viewpoint_complexity": len(set(row[row < 3])) / 50 + np.mean(row < 3),
-            "deviation": shine.std(),
         }[kind]
         assert value == pytest.approx(expected, abs=1e-5)
-    assert radiance[:, 1] == pytest.approx(light.mean(axis=1), rel=1e-5)
+    assert mean == pytest.approx(light.mean(axis=1), rel=1e-5)
+    assert deviation == pytest.approx(light.std(axis=1), rel=1e-4)
+
+
+def test_deviation_is_in_units_of_what_the_group_sees():
+    found = [subdivide(busy, alone(UP), Division("deviation", 9.0, 0, 4096), seed=seed) for seed in range(2)]
+
+    def brighter(ray):
+        identity, radiance = busy(ray)
+        return identity, 100 * radiance
+
+    bright = subdivide(brighter, alone(UP), Division("deviation", 9.0, 0, 4096))
+    assert bright.complexity == pytest.approx(found[0].complexity, rel=1e-4)
+    whole = np.sum(found[0].mean * np.pi / 4) / np.pi
+    assert found[0].complexity == pytest.approx(np.hypot(found[0].deviation, UNSEEN * found[0].mean) / whole, rel=1e-6)
+    assert found[1].complexity == pytest.approx(found[0].complexity, rel=0.2)
+
+
+def test_groups_look_from_all_their_points():
+    """One half of a group sees a light, the other does not: each triangle sees it in about half of its rays."""
+    points = plane(8)
+    groups = neighbours(points, 64)
+
+    def see(ray):
+        left = ray.o.x < 0.5
+        return mi.UInt32(0) + mi.UInt32(left), mi.Color3f(mi.Float(left))
+
+    found = subdivide(see, groups, Division("entropy", 2.0, 0, 1024))
+    share = (points.places[:, 0] < 0.5).mean()
+    assert len(found.mean) == 4
+    assert found.mean == pytest.approx(np.full(4, share), abs=0.08)
+
+
+def test_only_so_many_are_split_and_only_in_large_groups():
+    groups = neighbours(plane(8), 32)
+    whole = subdivide(busy, groups, Division(threshold=-1.0, depth=2, widest=0.5))
+    # Of 4 triangles 2 are split, and of their 8 parts 4.
+    assert np.bincount(whole.group).tolist() == [2 + 4 + 16] * 2
+    assert whole.rays == 2 * 8 * (4 + 8 + 16)
+    assert len(subdivide(busy, groups, Division(), members=33).group) == 0
 
 
 def test_wavefronts_change_nothing(monkeypatch):
-    whole = subdivide(box, POINTS, Division(threshold=-1.0, depth=1))
+    whole = subdivide(box, alone(POINTS), Division(threshold=-1.0, depth=1))
     monkeypatch.setattr(hemisphere, "MOST_RAYS", 100)
-    parts = subdivide(box, POINTS, Division(threshold=-1.0, depth=1))
+    parts = subdivide(box, alone(POINTS), Division(threshold=-1.0, depth=1))
     assert np.array_equal(whole.triangle, parts.triangle)
-    assert np.allclose(whole.radiance, parts.radiance)
+    assert np.allclose(whole.mean, parts.mean)

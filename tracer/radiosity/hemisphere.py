@@ -1,14 +1,14 @@
-"""Divide the hemispheres of points where what they see is complex (the paper, section 4.2.2).
+"""Divide the hemispheres of groups of points where what they see is complex (the paper, section 4.2.2).
 
 Every hemisphere begins as four spherical triangles. Each is looked through with a few rays; one that sees something
 more complex than a threshold is split in four, as long as a depth is not reached. (The paper says "or", with which all
-are split as deep as that.) All points go in one wavefront, level after level.
+are split as deep as that.) All go in one wavefront, level after level.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
 import drjit as dr
@@ -19,9 +19,10 @@ from numpy.typing import NDArray
 from tracer.draw import divide
 from tracer.hashing import GOLDEN_RATIO, mix
 from tracer.pilot import multiplicity
+from tracer.radiosity.groups import Groups
+from tracer.radiosity.projected import cosine_in_triangle, table_of
 from tracer.radiosity.pyramid import Pyramid, pyramid
-from tracer.viewpoint.item_buffer import gather_rows, to_unit
-from tracer.viewpoint.regions import corners, uniform_in_triangle
+from tracer.viewpoint.item_buffer import to_unit
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -32,19 +33,8 @@ KINDS: tuple[str, ...] = get_args(Kind)
 See = Callable[[Any], tuple[Any, Any]]
 """From rays (mi.Ray3f) to what each hits: its ID (mi.UInt32, ``NOTHING`` if it misses) and radiance (mi.Color3f)."""
 NOTHING = 0xFFFFFFFF
-
-
-@dataclass(frozen=True)
-class Points:
-    """Where hemispheres stand."""
-
-    places: Floats
-    """(P, 3)."""
-    normals: Floats
-    """(P, 3), unit."""
-
-    def __len__(self) -> int:
-        return len(self.places)
+UNSEEN = 0.5
+"""Of the mean radiance of a triangle: deviation that is taken for granted."""
 
 
 @dataclass(frozen=True)
@@ -52,82 +42,134 @@ class Division:
     """How to divide hemispheres."""
 
     kind: Kind = "entropy"
-    """Complexity: bits or Gini index of the IDs seen, how many there are, C(V); or the deviation of radiance, which is
-    not complexity but what complexity stands for."""
+    """Complexity: bits or Gini index of the IDs seen, how many there are, C(V); or the deviation of radiance, in units
+    of what the group sees on average, which is not complexity but what complexity stands for."""
     threshold: float = 0.3
     """A triangle that is more complex is split."""
     depth: int = 2
     """Times that a triangle is split at most."""
     rays: int = 8
     """With which a triangle is looked through."""
+    widest: float = 1.0
+    """Share of a group's triangles of a level that are split at most: those that deserve most rays."""
 
 
 @dataclass(frozen=True)
 class Regions:
-    """Spherical triangles that divide the hemispheres of points, point after point. Arrays (R, ...)."""
+    """Spherical triangles that divide the hemispheres of groups, group after group. Arrays (R, ...)."""
 
     pyramid: Pyramid
-    point: Integers
+    group: Integers
     triangle: Integers
     """Number in the pyramid."""
     complexity: Floats
-    radiance: Floats
-    """(R, 3): mean over the rays that looked."""
+    mean: Floats
+    """(R,): radiance that the rays saw, as luminance."""
+    deviation: Floats
+    """(R,): its standard deviation."""
     rays: int
     """That looked, in all triangles, those that were split too."""
 
+    def where(self, kept: NDArray[np.bool_]) -> Regions:
+        """Return some of the regions."""
+        return replace(
+            self,
+            group=self.group[kept],
+            triangle=self.triangle[kept],
+            complexity=self.complexity[kept],
+            mean=self.mean[kept],
+            deviation=self.deviation[kept],
+        )
 
-def subdivide(see: See, points: Points, division: Division, surfaces: int = 1, seed: int = 0) -> Regions:
-    """Return the divided hemispheres of all points. ``surfaces``: how many IDs there are, for C(V)."""
+
+def subdivide(
+    see: See, groups: Groups, division: Division, surfaces: int = 1, seed: int = 0, members: int = 1
+) -> Regions:
+    """Return the divided hemispheres of the groups that have at least so many ``members``.
+
+    ``surfaces``: how many IDs there are, for C(V).
+    """
     table = pyramid(division.depth)
-    point, triangle = np.repeat(np.arange(len(points)), 4), np.tile(np.arange(4), len(points))
-    parts: list[tuple[Any, ...]] = []
+    parts = table_of(division.depth)
+    chosen = np.flatnonzero(np.diff(groups.first) >= members)
+    group, triangle = np.repeat(chosen, 4), np.tile(np.arange(4), len(chosen))
+    brightness: Floats = np.ones(len(groups))
+    leaves: list[tuple[Any, ...]] = []
     rays = 0
     for level in range(division.depth + 1):
-        complexity, radiance = look(see, points, table, point, triangle, division, surfaces, seed + 7919 * level)
-        rays += division.rays * len(point)
+        complexity, mean, deviation = look(see, groups, parts, group, triangle, division, surfaces, seed + 7919 * level)
+        rays += division.rays * len(group)
+        projected = table.projected[triangle]
+        if level == 0:
+            brightness = np.bincount(group, projected * mean / np.pi, len(groups)).astype(np.float64)
+        if division.kind == "deviation":
+            # What few rays see vary too little may vary all the same, the more the brighter it is.
+            complexity = np.hypot(deviation, UNSEEN * mean) / np.maximum(brightness[group], 1e-30)
         split = (complexity > division.threshold) & (level < division.depth)
-        parts.append((point[~split], triangle[~split], complexity[~split], radiance[~split]))
-        point, triangle = np.repeat(point[split], 4), table.children(triangle[split], level).ravel()
-        if not len(point):
+        split &= foremost(group, projected * complexity, division.widest, len(groups))
+        leaves.append((group[~split], triangle[~split], complexity[~split], mean[~split], deviation[~split]))
+        group, triangle = np.repeat(group[split], 4), table.children(triangle[split], level).ravel()
+        if not len(group):
             break
-    points_of, triangles, values, radiances = (np.concatenate(column) for column in zip(*parts, strict=True))
-    order = np.argsort(points_of, kind="stable")
-    return Regions(table, points_of[order], triangles[order], values[order], radiances[order], rays)
+    columns = [np.concatenate(column) for column in zip(*leaves, strict=True)]
+    order = np.argsort(columns[0], kind="stable")
+    of, which, values, means, deviations = (column[order] for column in columns)
+    return Regions(table, of, which, values, means, deviations, rays)
+
+
+def foremost(group: Integers, value: Floats, share: float, groups: int) -> Any:
+    """Return whether each value (R,) is among the largest of its group, a share of them."""
+    order = np.lexsort((-value, group))
+    count = np.bincount(group, minlength=groups)
+    rank = np.empty(len(group), np.int64)
+    rank[order] = np.arange(len(group)) - np.repeat(np.cumsum(count) - count, count)
+    return rank < np.ceil(share * count[group])
 
 
 def look(
     see: See,
-    points: Points,
-    table: Pyramid,
-    point: Integers,
+    groups: Groups,
+    parts: Any,
+    group: Integers,
     triangle: Integers,
     division: Division,
     surfaces: int,
     seed: int,
-) -> tuple[Floats, Floats]:
-    """Return the complexity (R,) and mean radiance (R, 3) of triangles seen from points, both given by number (R,)."""
+) -> tuple[Floats, Floats, Floats]:
+    """Return complexity, mean and deviation of luminance (R,) of triangles of groups, both given by number (R,).
+
+    ``parts``: ``projected.table_of`` the triangles. The rays of a region are a Fibonacci lattice, shifted at random.
+    """
     count = division.rays
     most = max(1, MOST_RAYS // count)
-    found: list[tuple[Floats, Floats]] = []
-    for first in range(0, len(point), most):
+    found: list[tuple[Floats, ...]] = []
+    for first in range(0, len(group), most):
         some = slice(first, first + most)
-        region, number = divide(dr.arange(mi.UInt32, len(point[some]) * count), count)
+        region, number = divide(dr.arange(mi.UInt32, len(group[some]) * count), count)
+        of, which = (
+            dr.gather(mi.UInt32, mi.UInt32(each[some].astype(np.uint32)), region) for each in (group, triangle)
+        )
         each = dr.opaque(mi.Float, 1 / count)
-        ray, _ = through(points, table, point[some], triangle[some], region, number, each, seed + first)
-        identity, radiance = see(ray)
+        key = mix(region ^ mix(dr.opaque(mi.UInt32, (seed + first + 0x68E31DA4) & NOTHING)))
+        u = dr.minimum((mi.Float(number) + to_unit(key)) * each, 1 - dr.epsilon(mi.Float))
+        v = to_unit(number * GOLDEN_RATIO + mix(key))
+        point = groups.member(of, mix(key) ^ mix(number))
+        identity, radiance = see(groups.leave(point, cosine_in_triangle(parts, which, u, v)))
         dr.eval(identity, radiance)
         same = mi.Float(multiplicity(identity, count))
-        value = complexity_of(division.kind, same, identity != NOTHING, radiance, count, surfaces)
-        mean = [dr.block_sum(channel, count) * each for channel in radiance]
-        dr.eval(value, mean)
-        found.append((value.numpy().astype(np.float64), np.stack([one.numpy() for one in mean], axis=-1)))
+        grey = mi.luminance(radiance)
+        mean = dr.block_sum(grey, count) * each
+        deviation = dr.safe_sqrt(dr.block_sum(dr.square(grey), count) * each - dr.square(mean))
+        value = complexity_of(division.kind, same, identity != NOTHING, count, surfaces)
+        dr.eval(value, mean, deviation)
+        found.append(tuple(one.numpy().astype(np.float64) for one in (value, mean, deviation)))
     if not found:
-        return np.zeros(0), np.zeros((0, 3))
-    return np.concatenate([one for one, _ in found]), np.concatenate([two for _, two in found]).astype(np.float64)
+        return np.zeros(0), np.zeros(0), np.zeros(0)
+    complexity, means, deviations = (np.concatenate(column) for column in zip(*found, strict=True))
+    return complexity, means, deviations
 
 
-def complexity_of(kind: Kind, same: Any, hit: Any, radiance: Any, count: int, surfaces: int) -> Any:
+def complexity_of(kind: Kind, same: Any, hit: Any, count: int, surfaces: int) -> Any:
     """Return the complexity (mi.Float) of each group of ``count`` rays; ``same``: how many of it hit what each hit."""
     if kind == "entropy":
         return -dr.block_sum(dr.log2(same / count), count) / count
@@ -135,43 +177,5 @@ def complexity_of(kind: Kind, same: Any, hit: Any, radiance: Any, count: int, su
         return 1 - dr.block_sum(same, count) / count**2
     if kind == "distinct":
         return dr.block_sum(1 / same, count)
-    if kind == "viewpoint_complexity":
-        visible = dr.block_sum(dr.select(hit, 1 / same, 0), count)
-        return visible / surfaces + dr.block_sum(dr.select(hit, mi.Float(1), 0), count) / count
-    grey = mi.luminance(radiance)
-    mean = dr.block_sum(grey, count) / count
-    return dr.safe_sqrt(dr.block_sum(dr.square(grey), count) / count - dr.square(mean))
-
-
-def through(
-    points: Points,
-    table: Pyramid,
-    point: Integers,
-    triangle: Integers,
-    region: Any,
-    number: Any,
-    each: Any,
-    seed: int,
-) -> tuple[Any, Any]:
-    """Return rays through triangles and their cosines with the normal.
-
-    ``point`` and ``triangle`` (R,) say what the regions are, ``region`` (mi.UInt32) which of them each ray is of,
-    ``number`` which ray of the region it is, and ``each`` one over how many rays that region has. The rays of a region
-    are a Fibonacci lattice, shifted at random: spread evenly, each uniform in the triangle's solid angle.
-    """
-    key = mix(region ^ mix(dr.opaque(mi.UInt32, (seed + 0x68E31DA4) & NOTHING)))
-    u = (mi.Float(number) + to_unit(key)) * each
-    v = to_unit(number * GOLDEN_RATIO + mix(key))
-    which = dr.gather(mi.UInt32, mi.UInt32(triangle.astype(np.uint32)), region)
-    local = uniform_in_triangle(corners(table.corners, which), dr.minimum(u, 1 - dr.epsilon(mi.Float)), v)
-    at = dr.gather(mi.UInt32, mi.UInt32(point.astype(np.uint32)), region)
-    return leave(points, at, local), local.z
-
-
-def leave(points: Points, point: Any, local: Any) -> Any:
-    """Return rays from points (by number, mi.UInt32) in directions (mi.Vector3f) of their frames; the normal is z."""
-    normal = gather_rows(points.normals, point)
-    place = gather_rows(points.places, point)
-    outside = dr.max(dr.abs(place)) + 1
-    origin = place + normal * (outside * mi.math.RayEpsilon)
-    return mi.Ray3f(mi.Point3f(origin), mi.Frame3f(normal).to_world(local))
+    visible = dr.block_sum(dr.select(hit, 1 / same, 0), count)
+    return visible / surfaces + dr.block_sum(dr.select(hit, mi.Float(1), 0), count) / count

@@ -15,7 +15,8 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.radiosity.hemisphere import NOTHING, Points, See
+from tracer.radiosity.groups import Points
+from tracer.radiosity.hemisphere import NOTHING, See
 
 Floats = NDArray[np.float64]
 

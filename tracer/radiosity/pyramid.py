@@ -31,6 +31,11 @@ class Pyramid:
     first: Integers
     """(depth + 2,): number of the first triangle of each level, and of all."""
 
+    @property
+    def depth(self) -> int:
+        """Times that a triangle is split at most."""
+        return len(self.first) - 2
+
     def children(self, triangles: Integers, level: int) -> Integers:
         """Return the four parts (K, 4) of triangles (K,) of a level."""
         return self.first[level + 1] + 4 * (triangles[:, None] - self.first[level]) + np.arange(4)

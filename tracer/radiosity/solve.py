@@ -15,8 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.radiosity.direct import direct_of_patches
-from tracer.radiosity.gather import cosine_rays
+from tracer.radiosity.gather import hemisphere_rays
+from tracer.radiosity.groups import alone
 from tracer.radiosity.hemisphere import MOST_RAYS, NOTHING
+from tracer.radiosity.lattice import evenly
 from tracer.radiosity.patches import Patches
 
 Floats = NDArray[np.float64]
@@ -52,11 +54,13 @@ def solve(
     ``lights``: light straight from emitters comes from as many places on these, instead of from rays that hit them.
     """
     hits, around = [], []
+    groups = alone(patches.points)
     dark = patches.see(np.zeros((len(patches), 3)), surroundings=not lights)
     most = max(1, MOST_RAYS // rays)
     for first in range(0, len(patches), most):
         told("rays", first, len(patches))
-        patch, radiance = dark(cosine_rays(patches.points, first, min(most, len(patches) - first), rays, seed))
+        ray, _ = hemisphere_rays(groups, first, min(most, len(patches) - first), rays, evenly, seed)
+        patch, radiance = dark(ray)
         sums = [dr.block_sum(channel, rays) * (np.pi / rays) for channel in radiance]
         dr.eval(patch, sums)
         hits.append(patch)
