@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from tracer.radiosity.cut import cut
+from tracer.radiosity.guide import Guidance
 from tracer.radiosity.solve import solve
 
 T = mi.ScalarTransform4f
@@ -88,3 +89,20 @@ def test_agrees_with_a_path_tracer_the_better_the_smaller_patches_are(lights):
         errors.append(np.mean(np.abs(found.radiosity[chosen] / np.pi - expected)) / scale)
     assert errors[2] < errors[1] < errors[0]
     assert errors[2] < 0.04
+
+
+def test_guided_rays_find_the_same_and_less_error():
+    """A lamp that shines at the ceiling from near: what is not the ceiling is lit by a small bright part of it."""
+    scene = mi.cornell_box()
+    scene["light"]["to_world"] = T().translate([0.3, 0.85, 0.2]).rotate([1, 0, 0], -90).scale(0.08)
+    patches = cut(mi.load_dict(scene), 0.15)
+    truth = np.mean([solve(patches, 4096, 1e-6, seed, True).radiosity for seed in (90, 91)], axis=0)
+    errors = []
+    for guidance in (None, Guidance()):
+        found = [solve(patches, 256, 1e-6, seed, True, guidance) for seed in range(6)]
+        mean = np.sum(patches.areas[:, None] * np.mean([each.radiosity for each in found], axis=0))
+        assert mean == pytest.approx(np.sum(patches.areas[:, None] * truth), rel=2e-3)
+        assert found[0].rays <= 2 * 256 * 1.02 * len(patches)
+        assert (found[0].guided > 0.5) == (guidance is not None)
+        errors.append(np.mean([np.mean((each.radiosity - truth) ** 2) for each in found]))
+    assert errors[1] < errors[0]

@@ -90,21 +90,24 @@ class Groups:
         return dr.gather(mi.UInt32, members, begin + mix(key) % size)
 
     def leave(self, point: Any, local: Any) -> Any:
-        """Return rays from points (by number, mi.UInt32) in directions (mi.Vector3f) whose z is the normal.
+        """Return rays from points (by number, mi.UInt32) in directions (mi.Vector3f) whose z is the normal."""
+        places, own = self.points.rows
+        place, normal = (
+            mi.Vector3f(*(dr.gather(mi.Float, rows, 3 * point + k) for k in range(3))) for rows in (places, own)
+        )
+        origin = place + normal * dr.opaque(mi.Float, self.points.outside)
+        return mi.Ray3f(mi.Point3f(origin), self.to_world(self.group(point), normal, local))
+
+    def to_world(self, group: Any, normal: Any, local: Any) -> Any:
+        """Return directions (mi.Vector3f) in the world of those whose z is a normal.
 
         The frames of a group differ as little as their normals do: what is up for one is up for all.
         """
-        _, _, group_of, normals = self.rows
-        places, own = self.points.rows
-        group = dr.gather(mi.UInt32, group_of, point)
-        place, normal, mean = (
-            mi.Vector3f(*(dr.gather(mi.Float, rows, 3 * which + k) for k in range(3)))
-            for rows, which in ((places, point), (own, point), (normals, group))
-        )
+        rows = self.rows[3]
+        mean = mi.Vector3f(*(dr.gather(mi.Float, rows, 3 * group + k) for k in range(3)))
         across = mi.Frame3f(mean).s
         across = dr.normalize(across - normal * dr.dot(across, normal))
-        toward = across * local.x + dr.cross(normal, across) * local.y + normal * local.z
-        return mi.Ray3f(mi.Point3f(place + normal * dr.opaque(mi.Float, self.points.outside)), toward)
+        return across * local.x + dr.cross(normal, across) * local.y + normal * local.z
 
 
 def alone(points: Points) -> Groups:

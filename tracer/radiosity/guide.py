@@ -8,6 +8,7 @@ little vary for the guide to gain has its rays spread evenly, as if there were n
 from __future__ import annotations
 
 from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,6 +29,12 @@ class Guide:
     """(G + 1,): where the triangles of each group begin, and their number."""
     share: Floats
     """(R,): of the rays of its group that each triangle deserves."""
+
+    @property
+    def guided(self) -> float:
+        """Share of the points that are in a group with triangles."""
+        sizes = np.diff(self.groups.first)
+        return float(sizes[np.diff(self.first) > 0].sum() / max(sizes.sum(), 1))
 
 
 @dataclass(frozen=True)

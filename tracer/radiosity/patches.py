@@ -62,7 +62,10 @@ class Patches:
 
     def find(self, ray: Any) -> Any:
         """Return the patch (mi.UInt32) that each ray hits; NOTHING where it misses, or hits a dark side."""
-        found = self.scene.ray_intersect_preliminary(ray)
+        return self.at(self.scene.ray_intersect_preliminary(ray), ray)
+
+    def at(self, found: Any, ray: Any) -> Any:
+        """Return the patch (mi.UInt32) of each hit (mi.PreliminaryIntersection3f) of a ray."""
         hit = found.is_valid()
         shape = dr.reinterpret_array(mi.UInt32, found.shape)
         face = dr.gather(mi.UInt32, self.first_face, shape, hit) + found.prim_index

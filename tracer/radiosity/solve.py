@@ -1,7 +1,10 @@
 """The radiosity of all patches, B = E + rho H, from gathering over and over.
 
-The rays of a patch are traced once; what they hit is kept. A round is then B <- E + rho / n sum B(hit), for all patches
-at once. The sum of what a patch gathers is never more than the whole, so rounds converge as the largest albedo does.
+The rays of a patch are traced once; what they hit is kept. A round is then B <- E + rho / pi sum w_j B(hit j), for all
+patches at once. The sum of what a patch gathers is never more than the whole, so rounds converge as the largest albedo
+does. With guidance, a sixteenth of the rays is spread evenly for a rough solution, another looks at it, and the others
+go where it varies. Those of the rough solution are not used again: the error of a lattice falls faster than as one over
+the root of its rays, and a part of few costs more than it brings.
 """
 
 from __future__ import annotations
@@ -16,13 +19,19 @@ from numpy.typing import NDArray
 
 from tracer.radiosity.direct import direct_of_patches
 from tracer.radiosity.gather import hemisphere_rays
-from tracer.radiosity.groups import alone
+from tracer.radiosity.groups import Groups, neighbours
+from tracer.radiosity.guide import Guidance, division_for, make_guide
 from tracer.radiosity.hemisphere import MOST_RAYS, NOTHING
-from tracer.radiosity.lattice import evenly
+from tracer.radiosity.lattice import Way, evenly
 from tracer.radiosity.patches import Patches
+from tracer.radiosity.warp import Warp
 
 Floats = NDArray[np.float64]
 MOST_ROUNDS = 1000
+FIRST = 16
+"""One ray of so many finds the rough solution."""
+COARSE = 1e-3
+"""Residual that is good enough to guide by."""
 Told = Callable[[str, int, int], None]
 """Called with what is under way, how much of it is done, and how much there is. May raise to stop."""
 
@@ -39,6 +48,22 @@ class Solution:
     """Power that the last round changed, as a share of all that is emitted and arrives from around."""
     rounds: int
     rays: int
+    """Traced, those that looked and those to lights too."""
+    guided: float = 0.0
+    """Share of the patches whose rays were guided."""
+
+
+@dataclass(frozen=True)
+class Traced:
+    """What the rays of all patches found, pass after pass."""
+
+    rays: int
+    """Of each patch."""
+    hits: list[mi.UInt32]
+    weights: list[mi.Float]
+    """What each ray stands for, of 1 in all."""
+    around: Floats
+    """(P, 3): irradiance from the surroundings."""
 
 
 def solve(
@@ -47,45 +72,82 @@ def solve(
     residual: float = 1e-5,
     seed: int = 0,
     lights: bool = False,
+    guidance: Guidance | None = None,
     told: Told = lambda text, done, total: None,
 ) -> Solution:
     """Return the solution with ``rays`` rays a patch, gathered until a round changes less than ``residual``.
 
     ``lights``: light straight from emitters comes from as many places on these, instead of from rays that hit them.
+    ``guidance``: how to guide rays; all are spread evenly without.
     """
-    hits, around = [], []
-    groups = alone(patches.points)
-    dark = patches.see(np.zeros((len(patches), 3)), surroundings=not lights)
+    told("lights", 0, 1)
+    direct = direct_of_patches(patches, rays, seed) if lights else np.zeros((len(patches), 3))
+    groups = neighbours(patches.points, guidance.members if guidance else MOST_RAYS)
+    division = division_for(guidance, rays) if guidance else None
+    spent = rays if lights else 0
+    if guidance is None or division is None:
+        traced = trace(patches, groups, rays, evenly, seed, not lights, told)
+        return finish(patches, traced, direct, residual, lights, spent, 0.0, told)
+    first = trace(patches, groups, max(rays // FIRST, 1), evenly, seed, not lights, told)
+    known = finish(patches, first, direct, max(residual, COARSE), lights, 0, 0.0, told)
+    see = patches.see(known.radiosity - patches.emitted if lights else known.radiosity, surroundings=not lights)
+    guide = make_guide(see, groups, division, guidance, len(patches), seed + 1)
+    looked = -(-guide.regions.rays // len(patches))
+    spent += looked + first.rays
+    second = trace(patches, groups, max(rays - first.rays - looked, 1), Warp(guide), seed + 2, not lights, told)
+    return finish(patches, second, direct, residual, lights, spent, guide.guided, told)
+
+
+def trace(patches: Patches, groups: Groups, rays: int, way: Way, seed: int, surroundings: bool, told: Told) -> Traced:
+    """Trace ``rays`` rays of every patch."""
+    hits, weights, around = [], [], []
+    dark = patches.see(np.zeros((len(patches), 3)), surroundings)
     most = max(1, MOST_RAYS // rays)
     for first in range(0, len(patches), most):
         told("rays", first, len(patches))
-        ray, _ = hemisphere_rays(groups, first, min(most, len(patches) - first), rays, evenly, seed)
+        ray, weight = hemisphere_rays(groups, first, min(most, len(patches) - first), rays, way, seed)
         patch, radiance = dark(ray)
-        sums = [dr.block_sum(channel, rays) * (np.pi / rays) for channel in radiance]
-        dr.eval(patch, sums)
+        sums = [dr.block_sum(channel * weight, rays) for channel in radiance]
+        weight /= dr.pi
+        dr.eval(patch, weight, sums)
         hits.append(patch)
+        weights.append(weight)
         around.append(np.stack([one.numpy() for one in sums], axis=-1))
-    from_around = np.concatenate(around).astype(np.float64)
-    if lights:
-        told("lights", 0, 1)
-        from_around += direct_of_patches(patches, rays, seed)
-    supplied = float(np.sum(patches.areas[:, None] * (patches.emitted + patches.albedo * from_around)))
-    radiosity, irradiance = patches.emitted, from_around
+    return Traced(rays, hits, weights, np.concatenate(around).astype(np.float64))
+
+
+def finish(
+    patches: Patches,
+    traced: Traced,
+    direct: Floats,
+    residual: float,
+    lights: bool,
+    spent: int,
+    guided: float,
+    told: Told,
+) -> Solution:
+    """Return the solution along rays that are traced."""
+    arriving = direct + traced.around
+    supplied = float(np.sum(patches.areas[:, None] * (patches.emitted + patches.albedo * arriving)))
+    radiosity, irradiance = patches.emitted, arriving
     change, done = np.inf, 0
     while change > residual and done < MOST_ROUNDS:
-        irradiance = from_around + gathered(hits, radiosity - patches.emitted if lights else radiosity, rays)
+        irradiance = arriving + gathered(traced, radiosity - patches.emitted if lights else radiosity)
         following = patches.emitted + patches.albedo * irradiance
         moved = float(np.sum(patches.areas[:, None] * np.abs(following - radiosity)))
         change, radiosity, done = moved / max(supplied, 1e-300), following, done + 1
         told(f"round {done}: {change:.1e} of the power moved", min(done, MOST_ROUNDS - 1), MOST_ROUNDS)
-    return Solution(radiosity, irradiance, change, done, rays * len(patches))
+    return Solution(radiosity, irradiance, change, done, (traced.rays + spent) * len(patches), guided)
 
 
-def gathered(hits: list[mi.UInt32], radiosity: Floats, rays: int) -> Floats:
-    """Return the mean radiosity (P, 3) of what the rays of each patch hit."""
+def gathered(traced: Traced, radiosity: Floats) -> Floats:
+    """Return the mean radiosity (P, 3) of what the rays of each patch hit, each by what it stands for."""
     channels = []
     for values in radiosity.T:
         table = mi.Float(values.astype(np.float32))
-        sums = [dr.block_sum(dr.gather(mi.Float, table, hit, hit != NOTHING), rays).numpy() for hit in hits]
-        channels.append(np.concatenate(sums).astype(np.float64) / rays)
+        sums = [
+            dr.block_sum(dr.gather(mi.Float, table, hit, hit != NOTHING) * weight, traced.rays).numpy()
+            for hit, weight in zip(traced.hits, traced.weights, strict=True)
+        ]
+        channels.append(np.concatenate(sums).astype(np.float64))
     return np.stack(channels, axis=-1)

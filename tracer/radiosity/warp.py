@@ -39,6 +39,8 @@ class Warp:
         columns = np.cumsum(density, axis=2) / density.sum(axis=2, keepdims=True)
         rows[:, -1], columns[:, :, -1] = 1, 1
         self.groups = guide.groups
+        # Everything is on the device before a pass is recorded.
+        dr.eval(self.groups.rows)
         self.density, self.rows, self.columns = (
             mi.Float(each.astype(np.float32).ravel()) for each in (density, rows, columns)
         )
