@@ -1,8 +1,9 @@
-"""Integrator ``radiosity``: shows the radiosity of a scene of diffuse meshes, which it solves when it is first asked.
+"""Integrator ``radiosity``: shows the radiosity of a scene of diffuse surfaces, which it solves when it is first asked.
 
-The scene is cut into patches, each of which gathers light along rays that are traced once, until nothing changes any
-more. What is seen is the radiosity of the patch (``final_gather`` off), or light gathered anew at every place that a
-camera ray hits, of which patches are seen only in the second place: textures and shadows are sharp then.
+The scene is cut into patches, which gather light along rays that are traced once, until nothing changes any more, or
+shoot it until none is left. What is shown is light gathered anew at every place that a camera ray hits, of which
+patches are seen only in the second place: textures and shadows are sharp then. Or the patches themselves, as they are
+or smoothed. Surfaces that are not diffuse count as if they were, and reflected as much.
 
 .. pluginparameters::
 
@@ -11,16 +12,19 @@ camera ray hits, of which patches are seen only in the second place: textures an
    - Longest edge of a patch, in units of the scene. (Default: a 40th of the scene's largest extent)
  * - rays
    - |int|
-   - Rays that every patch gathers with. (Default: 256)
+   - Rays that every patch gathers with, and as many to lights; or shoots with, on average. (Default: 256)
  * - residual
    - |float|
-   - Share of the power that the last round may have changed. (Default: 1e-5)
- * - final_gather
-   - |bool|
-   - Whether light is gathered at every place that is seen. (Default: true)
+   - Share of the power that the last round may have changed, or that is left to shoot. (Default: 1e-5)
+ * - method
+   - |string|
+   - ``gathering`` or ``shooting``. (Default: gathering)
+ * - show
+   - |string|
+   - ``gather``, ``smooth`` or ``patches``. (Default: gather)
  * - guided
    - |bool|
-   - Whether rays go where what a patch sees varies, instead of evenly. (Default: true)
+   - Whether rays that gather go where what is seen varies, instead of evenly. (Default: true)
  * - seed
    - |int|
    - Of the rays of patches. (Default: 0)
@@ -41,20 +45,21 @@ from typing import Any
 
 import drjit as dr
 import mitsuba as mi
-import numpy as np
 
 from tracer.errors import SettingsError
-from tracer.radiosity.cut import cut
-from tracer.radiosity.direct import direct_light
+from tracer.radiosity.cut import EXTENT, cut, extent
+from tracer.radiosity.direct import Told, silent
+from tracer.radiosity.final_gather import FinalGather, carried
 from tracer.radiosity.groups import neighbours
 from tracer.radiosity.guide import Guidance, make_guide
-from tracer.radiosity.hemisphere import NOTHING, Division, See
+from tracer.radiosity.hemisphere import Division, See
 from tracer.radiosity.patches import Patches
-from tracer.radiosity.solve import Solution, Told, solve
+from tracer.radiosity.shoot import Shot, shoot
+from tracer.radiosity.smooth import Smooth
+from tracer.radiosity.solve import Solution, solve
 from tracer.radiosity.warp import Warp
 
-EXTENT = 40
-"""Patches along the scene's largest extent, unless a size is given."""
+METHODS, SHOWN = ("gathering", "shooting"), ("gather", "smooth", "patches")
 GUIDANCE = Guidance()
 DIVISION = Division(GUIDANCE.kind, GUIDANCE.threshold, depth=2, rays=256, widest=0.5)
 """28 rays a patch, at most."""
@@ -68,38 +73,46 @@ class RadiosityIntegrator(mi.SamplingIntegrator):
         self.size = float(props.get("size", 0.0))
         self.rays = int(props.get("rays", 256))
         self.residual = float(props.get("residual", 1e-5))
-        self.final_gather = bool(props.get("final_gather", True))
+        self.method = str(props.get("method", "gathering"))
+        self.show = str(props.get("show", "gather"))
         self.guided = bool(props.get("guided", True))
         self.seed = int(props.get("seed", 0))
         if not 0 <= self.size < float("inf") or not 0 < self.residual < 1 or not 1 <= self.rays <= 1 << 20:
             raise SettingsError("radiosity: size must be positive, residual in (0, 1), rays from 1 to 2^20.")
-        self.patches: Patches | None = None
-        self.solution: Solution | None = None
+        if self.method not in METHODS or self.show not in SHOWN:
+            raise SettingsError(f"radiosity: method is one of {', '.join(METHODS)}; show, of {', '.join(SHOWN)}.")
+        self.scene: mi.Scene | None = None
+        self.patches: Patches
+        self.solution: Solution | Shot
         self.see: See
-        self.warp: Warp | None = None
+        self.smooth: Smooth | None = None
+        self.final: FinalGather
 
-    def solve_for(self, scene: mi.Scene, told: Told = lambda text, done, total: None) -> None:
+    def solve_for(self, scene: mi.Scene, told: Told = silent) -> None:
         """Cut and solve ``scene`` unless that is done. ``told`` hears of progress, and may raise to stop."""
-        if self.patches is not None and self.patches.scene is scene:
+        if self.scene is scene:
             return
-        box = scene.bbox()
-        extent = float(np.max(np.array(box.max, np.float64) - np.array(box.min, np.float64)))
-        patches = cut(scene, self.size or extent / EXTENT)
+        patches = cut(scene, self.size or extent(scene) / EXTENT)
         if patches.not_diffuse:
             names = ", ".join(patches.not_diffuse)
-            mi.Log(mi.LogLevel.Warn, f"radiosity: not diffuse, and taken by the diffuse part alone: {names}")
+            mi.Log(mi.LogLevel.Warn, f"radiosity: not diffuse, and shown as if they were: {names}")
         guidance = GUIDANCE if self.guided else None
-        self.solution = solve(patches, self.rays, self.residual, self.seed, True, guidance, told)
-        reflected = self.solution.radiosity - patches.emitted
-        if not self.final_gather:
-            self.see = patches.see(reflected + patches.emitted)
+        if self.method == "shooting":
+            self.solution = shoot(patches, self.rays, self.residual, self.seed, None, told)
         else:
-            self.see = patches.see(reflected, surroundings=False)
+            self.solution = solve(patches, self.rays, self.residual, self.seed, True, guidance, told)
+        radiosity = self.solution.radiosity
+        if self.show == "gather":
+            warp = None
             if guidance is not None:
                 told("looks", 0, 1)
                 groups = neighbours(patches.points, guidance.members)
-                self.warp = Warp(make_guide(self.see, groups, DIVISION, guidance, len(patches), self.seed))
-        self.patches = patches
+                see = carried(patches, radiosity)
+                warp = Warp(make_guide(see, groups, DIVISION, guidance, len(patches), self.seed))
+            self.final = FinalGather(patches, radiosity, warp)
+        self.see = patches.see(radiosity)
+        self.smooth = Smooth(patches, radiosity) if self.show == "smooth" else None
+        self.patches, self.scene = patches, scene
 
     def render(self, scene: mi.Scene, *arguments: Any, **keywords: Any) -> mi.TensorXf:
         self.solve_for(scene)
@@ -110,34 +123,20 @@ class RadiosityIntegrator(mi.SamplingIntegrator):
     ) -> tuple[Any, Any, list[Any]]:
         self.solve_for(scene)
         plain = mi.Ray3f(ray.o, ray.d)
-        if not self.final_gather:
-            _, radiance = self.see(plain)
-            return radiance, scene.ray_test(plain) & active, []
-        assert self.patches is not None
-        first = scene.ray_intersect_preliminary(plain, active=active)
-        found = first.compute_surface_interaction(plain, mi.RayFlags.All, active)
-        hit = found.is_valid()
-        light = mi.Color3f(found.emitter(scene, active).eval(found, active))
-        reflectance = mi.Color3f(found.bsdf().eval_diffuse_reflectance(found, hit))
-        # On the side that is seen, if that side reflects at all.
-        front = found.wi.z > 0
-        lit = hit & (front | mi.has_flag(found.bsdf().flags(), mi.BSDFFlags.BackSide))
-        normal = dr.select(front, 1, -1) * found.sh_frame.n
-        toward, density = self.toward(self.patches.at(first, plain), normal, sampler.next_2d(active))
-        _, gathered = self.see(found.spawn_ray(toward))
-        direct = direct_light(scene, found, normal, sampler.next_2d(active), lit) / dr.pi
-        return light + dr.select(lit, reflectance * (gathered / density + direct), 0), hit & active, []
+        if self.show == "gather":
+            return *self.final.radiance(scene, plain, sampler, active), []
+        return self.look(plain), scene.ray_test(plain) & active, []
 
-    def toward(self, patch: Any, normal: Any, place: Any) -> tuple[Any, Any]:
-        """Return where a gathering ray goes (mi.Vector3f), and its density over that of the cosine (mi.Float)."""
-        if self.warp is None:
-            return mi.Frame3f(normal).to_world(mi.warp.square_to_cosine_hemisphere(place)), mi.Float(1)
-        group = self.warp.groups.group(dr.select(patch == NOTHING, 0, patch))
-        place, density = self.warp.warp(group, place.x, place.y)
-        return self.warp.groups.to_world(group, normal, mi.warp.square_to_cosine_hemisphere(place)), density
+    def look(self, ray: Any) -> Any:
+        """Return the radiance (mi.Color3f) of patches along rays."""
+        _, radiance = self.see(ray)
+        if self.smooth is None:
+            return radiance
+        found = self.patches.scene.ray_intersect_preliminary(ray)
+        return dr.select(found.is_valid(), self.smooth.at(found, ray), radiance)
 
     def to_string(self) -> str:
-        return f"RadiosityIntegrator[size={self.size}, rays={self.rays}, final_gather={self.final_gather}]"
+        return f"RadiosityIntegrator[size={self.size}, rays={self.rays}, method={self.method}, show={self.show}]"
 
 
 mi.register_integrator("radiosity", RadiosityIntegrator)

@@ -36,9 +36,11 @@ def call(*arguments):
     return result.output
 
 
-@pytest.mark.parametrize("patches", [[], ["--patches"]])
-def test_a_picture_and_what_it_took(tmp_path, patches):
-    said = call(scene(tmp_path), "-o", tmp_path / "out.exr", "--spp", 16, "--rays", 64, "--patch", 0.5, *patches)
+@pytest.mark.parametrize(
+    "shown", [[], ["--show", "patches"], ["--show", "smooth"], ["--method", "shooting"], ["--even"]]
+)
+def test_a_picture_and_what_it_took(tmp_path, shown):
+    said = call(scene(tmp_path), "-o", tmp_path / "out.exr", "--spp", 16, "--rays", 64, "--patch", 0.5, *shown)
     assert "patches" in said
     assert "residual" in said
     names, values, _ = files.read_exr(tmp_path / "out.exr")
@@ -53,7 +55,7 @@ def test_what_is_not_diffuse_is_named_or_refused(tmp_path):
     rough = scene(tmp_path, '<bsdf type="roughplastic"/>')
     few = ["--spp", 1, "--rays", 4, "--patch", 1]
     assert "floor" in call(rough, "-o", tmp_path / "out.png", *few)
-    with pytest.raises(TracerError, match="not diffuse: floor; leave out --strict"):
+    with pytest.raises(TracerError, match="not diffuse: 'floor'; leave out --strict"):
         call(rough, "-o", tmp_path / "strict.png", "--strict", *few)
     assert not (tmp_path / "strict.png").exists()
 
@@ -64,11 +66,13 @@ def test_what_is_not_diffuse_is_named_or_refused(tmp_path):
         (["--patch", "0"], "", "must be longer than 0"),
         (["--residual", "2"], "", "share between 0 and 1"),
         (["--sensor", "3"], "", "sensor"),
-        ([], '<shape type="sphere" id="ball"/>', "these shapes are none: ball"),
-        ([], '<emitter type="point" id="spark"/>', "lights with an area, and 'spark' has none"),
+        (["--patch", "0.01", "--rays", "1048576"], "", "allow longer edges of patches, or fewer rays"),
+        ([], '<shape type="linearcurve" id="hair"><string name="filename" value="hair.txt"/></shape>', "none: 'hair'"),
+        ([], '<emitter type="point" id="spark"/>', "lights with an area, and the light 'spark' has none"),
     ],
 )
 def test_a_mistake_is_one_sentence_and_writes_nothing(arguments, extra, sentence, tmp_path):
+    (tmp_path / "hair.txt").write_text("0 0 0 0.1\n0 0 1 0.1\n0 1 1 0.1\n")
     with pytest.raises(TracerError, match=sentence) as caught:
         call(scene(tmp_path, extra=extra), "-o", tmp_path / "out.png", *arguments)
     assert "\n" not in str(caught.value)

@@ -80,14 +80,17 @@ def test_surroundings_shine_where_rays_miss():
 
 def test_what_is_not_diffuse_is_named():
     patches = cut(room(mirror={"type": "rectangle", "bsdf": {"type": "conductor"}, "id": "mirror"}))
-    assert patches.not_diffuse == ["mirror"]
+    assert patches.not_diffuse == ["'mirror'"]
 
 
 @pytest.mark.parametrize(
     ("changed", "sentence"),
     [
-        ({"ball": {"type": "sphere"}}, "needs meshes, and these shapes are none: ball"),
-        ({"lamp": {"type": "point"}}, "needs lights with an area, and 'lamp' has none"),
+        (
+            {"wire": {"type": "sdfgrid", "grid": mi.TensorXf(np.linspace(-1, 1, 8).reshape(2, 2, 2, 1))}},
+            "these shapes are none: 'wire'",
+        ),
+        ({"lamp": {"type": "point"}}, "needs lights with an area, and the light 'lamp' has none"),
         ({"floor": {"type": "rectangle"}}, "There is no light"),
         ({"snow": {"type": "rectangle", "bsdf": {"type": "diffuse", "reflectance": 1.0}}}, "light would go to and fro"),
     ],

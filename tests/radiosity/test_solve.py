@@ -95,8 +95,8 @@ def test_guided_rays_find_the_same_and_less_error():
     """A lamp that shines at the ceiling from near: what is not the ceiling is lit by a small bright part of it."""
     scene = mi.cornell_box()
     scene["light"]["to_world"] = T().translate([0.3, 0.85, 0.2]).rotate([1, 0, 0], -90).scale(0.08)
-    patches = cut(mi.load_dict(scene), 0.15)
-    truth = np.mean([solve(patches, 4096, 1e-6, seed, True).radiosity for seed in (90, 91)], axis=0)
+    patches = cut(mi.load_dict(scene), 0.2)
+    truth = np.mean([solve(patches, 2048, 1e-6, seed, True).radiosity for seed in (90, 91)], axis=0)
     errors = []
     for guidance in (None, Guidance()):
         found = [solve(patches, 256, 1e-6, seed, True, guidance) for seed in range(6)]

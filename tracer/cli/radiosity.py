@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -10,13 +11,32 @@ import typer
 from tracer.cli import options
 
 
+class Method(StrEnum):
+    """How patches come by their light."""
+
+    gathering = "gathering"
+    shooting = "shooting"
+
+
+class Shown(StrEnum):
+    """What a picture shows."""
+
+    gather = "gather"
+    smooth = "smooth"
+    patches = "patches"
+
+
 def radiosity(
     scene: options.SceneFile,
     output: Annotated[Path, typer.Option("--output", "-o", help="Picture to write: .exr or .png.")],
     patch: Annotated[float | None, typer.Option(help="Longest edge of a patch. [a 40th of the extent]")] = None,
     rays: Annotated[int, typer.Option(help="Rays that every patch gathers with.", min=1, max=1 << 20)] = 256,
     residual: Annotated[float, typer.Option(help="Share of the power the last round may change.")] = 1e-5,
-    patches: Annotated[bool, typer.Option("--patches", help="Show the patches, without a final gather.")] = False,
+    method: Annotated[Method, typer.Option(help="How patches come by their light.")] = Method.gathering,
+    show: Annotated[
+        Shown, typer.Option(help="Light gathered anew, or patches smoothed or as they are.")
+    ] = Shown.gather,
+    even: Annotated[bool, typer.Option("--even", help="Spread the rays that gather evenly, unguided.")] = False,
     strict: Annotated[bool, typer.Option("--strict", help="Refuse materials that are not diffuse.")] = False,
     spp: Annotated[int, typer.Option(help="Mean samples per pixel.", min=1, max=1 << 24)] = 64,
     seed: Annotated[int, typer.Option(help="Seed of the samples.", min=0)] = 0,
@@ -25,7 +45,7 @@ def radiosity(
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
-    """Solve the radiosity of a scene of diffuse meshes, and show it with its camera.
+    """Solve the radiosity of a scene of diffuse surfaces, and show it with its camera.
 
     Example: tracer radiosity scene.xml -o out.exr
     """
@@ -34,6 +54,7 @@ def radiosity(
     from tracer.errors import SceneError, SettingsError
     from tracer.loop import render
     from tracer.metadata import metadata
+    from tracer.radiosity.cut import other_than_diffuse
     from tracer.source import fingerprint, load
 
     files.check_output(output, overwrite)
@@ -48,8 +69,13 @@ def radiosity(
     loaded = load(scene)
     if loaded.class_name() != "Scene":
         raise SceneError(f"'{scene}' holds a {loaded.class_name()}, not a scene; wrap it in <scene>.")
-    chosen = {"size": patch or 0.0, "rays": rays, "residual": residual, "seed": seed, "final_gather": not patches}
-    integrator = mi.load_dict({"type": "radiosity", **chosen})
+    others = other_than_diffuse(loaded)
+    if others and strict:
+        raise SceneError(f"These shapes of '{scene}' are not diffuse: {', '.join(others)}; leave out --strict.")
+    chosen = {"size": patch or 0.0, "rays": rays, "residual": residual, "seed": seed}
+    integrator = mi.load_dict(
+        {"type": "radiosity", **chosen, "method": method.value, "show": show.value, "guided": not even}
+    )
     with steps(quiet) as step:
 
         def told(text: str, done: int, total: int) -> None:
@@ -57,19 +83,16 @@ def radiosity(
                 raise KeyboardInterrupt
 
         integrator.solve_for(loaded, told)
-    others = integrator.patches.not_diffuse
-    if others and strict:
-        raise SceneError(f"These shapes of '{scene}' are not diffuse: {', '.join(others)}; leave out --strict.")
     if others and not quiet:
-        typer.echo(f"Not diffuse, and shown by the diffuse part alone: {', '.join(others)}", err=True)
+        typer.echo(f"Not diffuse, and shown as if they were: {', '.join(others)}", err=True)
     with watch("Rendering", quiet) as progress:
         result = render(loaded, integrator=integrator, sensor=sensor, size=size, spp=spp, seed=seed, progress=progress)
     files.write_result(output, result, metadata(result, scene_hash))
     if not quiet:
         found = integrator.solution
         typer.echo(
-            f"{len(integrator.patches)} patches, {found.rays / 1e6:.1f} million rays, {found.rounds} rounds, "
-            f"residual {found.residual:.1e}; {output}"
+            f"{len(integrator.patches)} patches, {100 * found.guided:.0f} % of them guided, "
+            f"{found.rays / 1e6:.1f} million rays, {found.rounds} rounds, residual {found.residual:.1e}; {output}"
         )
     if not result.report.complete:
         raise typer.Exit(130)

@@ -10,12 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.errors import SceneError
+from tracer.radiosity.albedo import albedo as albedo_of
+from tracer.radiosity.albedo import not_diffuse
 from tracer.radiosity.hemisphere import NOTHING
 from tracer.radiosity.patches import Patches
+from tracer.radiosity.tessellate import name_of, tessellated
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 MOST_PATCHES = 1 << 24
+EXTENT = 40
+"""Triangles along the scene's largest extent where spheres, disks and cylinders become meshes, if no size is given."""
+FLAT = 1e-7
+"""Area of a face over the square of its longest edge below which it has none, in single precision."""
 BRIGHTEST = 0.9999
 """Albedo beyond which light would go to and fro for ever."""
 
@@ -23,11 +30,12 @@ BRIGHTEST = 0.9999
 def cut(scene: Any, size: float | None = None) -> Patches:
     """Return the patches of a loaded scene whose edges are at most ``size`` long; its faces as they are without.
 
-    Raises SceneError for what has no radiosity: a shape that is no mesh, no light, a light without area, an albedo of
-    1.
+    Spheres, disks and cylinders become meshes; faces without area are no patches. Raises SceneError for what has no
+    radiosity: other shapes, no light, a light without area, an albedo of 1.
     """
-    shapes = [shape for shape in scene.shapes() if not shape.is_mesh() or shape.primitive_count()]
-    check(scene, shapes)
+    check(scene)
+    scene = tessellated(scene, size or extent(scene) / EXTENT)
+    shapes = [shape for shape in scene.shapes() if shape.primitive_count()]
     fronts, backs, behind, cuts = [], [], [], []
     total = 0
     for shape in shapes:
@@ -63,7 +71,7 @@ def cut(scene: Any, size: float | None = None) -> Patches:
         areas=areas,
         albedo=albedo,
         emitted=emitted,
-        not_diffuse=[shape.id() for shape in shapes if not is_diffuse(shape)],
+        not_diffuse=other_than_diffuse(scene),
         first_face=first_faces(shapes, [len(n) for n in cuts]),
         first_cell=mi.UInt32((np.cumsum(each) - each).astype(np.uint32)),
         cuts=mi.UInt32(np.concatenate(cuts).astype(np.uint32)),
@@ -71,30 +79,36 @@ def cut(scene: Any, size: float | None = None) -> Patches:
     )
 
 
-def check(scene: Any, shapes: list[Any]) -> None:
-    """Raise SceneError for shapes and lights that patches cannot stand for."""
-    if not shapes:
+def extent(scene: Any) -> float:
+    """Return the largest side of what surrounds a scene."""
+    box = scene.bbox()
+    return float(np.max(np.array(box.max, np.float64) - np.array(box.min, np.float64)))
+
+
+def check(scene: Any) -> None:
+    """Raise SceneError for scenes and lights that patches cannot stand for."""
+    if not any(not shape.is_mesh() or shape.primitive_count() for shape in scene.shapes()):
         raise SceneError("There is nothing to light: the scene has no shape, or its meshes have no face.")
-    others = [shape.id() for shape in shapes if not shape.is_mesh()]
-    if others:
-        raise SceneError(f"Radiosity needs meshes, and these shapes are none: {', '.join(others)}.")
     for emitter in scene.emitters():
         if not emitter.is_environment() and not mi.has_flag(emitter.flags(), mi.EmitterFlags.Surface):
-            raise SceneError(f"Radiosity needs lights with an area, and '{emitter.id()}' has none; use 'area'.")
+            name = f"'{emitter.id()}'" if emitter.id() else f"of kind {emitter.class_name()}"
+            raise SceneError(f"Radiosity needs lights with an area, and the light {name} has none; use 'area'.")
 
 
 def corners_of(shape: Any) -> Floats:
     """Return the corners (F, 3, 3) of the faces of a mesh, in world coordinates."""
     vertices = np.array(shape.vertex_positions_buffer(), np.float64).reshape(-1, 3)
+    if not np.isfinite(vertices).all():
+        raise SceneError(f"{name_of(shape)} has corners that are no numbers; mend its file.")
     return vertices[np.array(shape.faces_buffer(), np.int64).reshape(-1, 3)]
 
 
 def cuts_of(corners: Floats, size: float | None) -> Integers:
-    """Return into how many parts (F,) the edges of each face are cut."""
-    if size is None:
-        return np.ones(len(corners), np.int64)
-    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1).max(axis=1)
-    return np.maximum(np.ceil(longest / size - 1e-9), 1).astype(np.int64)
+    """Return into how many parts (F,) the edges of each face are cut; 0 where it has no area."""
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1).max(axis=1, initial=0)
+    flat = np.linalg.norm(across, axis=-1) > FLAT * longest**2
+    return np.where(flat, np.maximum(np.ceil(longest / (size or np.inf) - 1e-9), 1), 0).astype(np.int64)
 
 
 def cell_centres(cuts: int) -> Floats:
@@ -126,7 +140,7 @@ def side(shape: Any, face: Integers, places: Floats, areas: Floats, front: bool)
     normals = np.array(interaction.n, np.float64).T * (1 if front else -1)
     albedo = np.zeros((len(face), 3))
     if shape.bsdf() is not None and reflects(shape, front):
-        albedo = np.array(shape.bsdf().eval_diffuse_reflectance(interaction), np.float64).T.reshape(-1, 3)
+        albedo = albedo_of(shape.bsdf(), interaction)
     emitted = np.zeros((len(face), 3))
     if shape.emitter() is not None:
         emitted = np.pi * np.array(shape.emitter().eval(interaction), np.float64).T.reshape(-1, 3)
@@ -139,10 +153,9 @@ def reflects(shape: Any, front: bool) -> bool:
     return bool(mi.has_flag(shape.bsdf().flags(), mi.BSDFFlags.FrontSide if front else mi.BSDFFlags.BackSide))
 
 
-def is_diffuse(shape: Any) -> bool:
-    """Return whether the material of a shape is diffuse and nothing else."""
-    flags = shape.bsdf().flags() if shape.bsdf() is not None else 0
-    return not any(mi.has_flag(flags, kind) for kind in (mi.BSDFFlags.Glossy, mi.BSDFFlags.Delta, mi.BSDFFlags.Null))
+def other_than_diffuse(scene: Any) -> list[str]:
+    """Return the names of shapes whose material does anything but reflect diffusely."""
+    return [name_of(shape) for shape in scene.shapes() if shape.bsdf() is not None and not_diffuse(shape.bsdf())]
 
 
 def first_faces(shapes: list[Any], counts: list[int]) -> Any:

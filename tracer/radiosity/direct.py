@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import drjit as dr
@@ -18,6 +19,14 @@ from tracer.viewpoint.item_buffer import gather_rows, to_unit
 Floats = NDArray[np.float64]
 
 
+Told = Callable[[str, int, int], None]
+"""Called with what is under way, how much of it is done, and how much there is. May raise to stop."""
+
+
+def silent(text: str, done: int, total: int) -> None:
+    """Tell nobody."""
+
+
 def direct_light(scene: Any, interaction: Any, normal: Any, sample: Any, active: Any) -> Any:
     """Return an estimate of the irradiance (mi.Color3f) at places on the side of ``normal``.
 
@@ -28,12 +37,13 @@ def direct_light(scene: Any, interaction: Any, normal: Any, sample: Any, active:
     return dr.select(active & (direction.pdf > 0) & (cosine > 0), mi.Color3f(weight) * cosine, 0)
 
 
-def direct_of_patches(patches: Patches, rays: int, seed: int = 0) -> Floats:
+def direct_of_patches(patches: Patches, rays: int, seed: int = 0, told: Told = silent) -> Floats:
     """Return the irradiance (P, 3) that patches have from emitters, with ``rays`` places on them for each patch."""
     found = []
     most = max(1, MOST_RAYS // rays)
     for first in range(0, len(patches), most):
         count = min(most, len(patches) - first)
+        told("lights", first, len(patches))
         lane, number = divide(dr.arange(mi.UInt32, count * rays), rays)
         patch = lane + dr.opaque(mi.UInt32, first)
         key = mix(patch ^ mix(dr.opaque(mi.UInt32, (seed + 0x5BD1E995) & NOTHING)))

@@ -103,11 +103,21 @@ class Groups:
 
         The frames of a group differ as little as their normals do: what is up for one is up for all.
         """
+        across, along = self.frame(group, normal)
+        return across * local.x + along * local.y + normal * local.z
+
+    def to_local(self, group: Any, normal: Any, toward: Any) -> Any:
+        """Return what ``to_world`` makes into directions (mi.Vector3f)."""
+        across, along = self.frame(group, normal)
+        return mi.Vector3f(dr.dot(toward, across), dr.dot(toward, along), dr.dot(toward, normal))
+
+    def frame(self, group: Any, normal: Any) -> tuple[Any, Any]:
+        """Return the axes (mi.Vector3f) beside normals."""
         rows = self.rows[3]
         mean = mi.Vector3f(*(dr.gather(mi.Float, rows, 3 * group + k) for k in range(3)))
         across = mi.Frame3f(mean).s
         across = dr.normalize(across - normal * dr.dot(across, normal))
-        return across * local.x + dr.cross(normal, across) * local.y + normal * local.z
+        return across, dr.cross(normal, across)
 
 
 def alone(points: Points) -> Groups:

@@ -69,11 +69,16 @@ class Patches:
         hit = found.is_valid()
         shape = dr.reinterpret_array(mi.UInt32, found.shape)
         face = dr.gather(mi.UInt32, self.first_face, shape, hit) + found.prim_index
-        cell = dr.gather(mi.UInt32, self.first_cell, face, hit)
-        cell += cell_of(found.prim_uv, dr.gather(mi.UInt32, self.cuts, face, hit))
+        cell = dr.gather(mi.UInt32, self.first_cell, face, hit) + cell_of(found.prim_uv, self.cuts_at(found))
         normal = mi.Vector3f(*(dr.gather(mi.Float, self.front_normals, 3 * cell + k, hit) for k in range(3)))
         side = dr.select(dr.dot(normal, ray.d) < 0, cell, dr.gather(mi.UInt32, self.back, cell, hit))
         return dr.select(hit, side, NOTHING)
+
+    def cuts_at(self, found: Any) -> Any:
+        """Return into how many parts (mi.UInt32) the edges of the face of each hit are cut."""
+        hit = found.is_valid()
+        face = dr.gather(mi.UInt32, self.first_face, dr.reinterpret_array(mi.UInt32, found.shape), hit)
+        return dr.gather(mi.UInt32, self.cuts, face + found.prim_index, hit)
 
     def see(self, radiosity: Floats, surroundings: bool = True) -> See:
         """Return what rays see of a solution (P, 3): the patch, and its radiance; the surroundings where they miss.

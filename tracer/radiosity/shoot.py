@@ -14,12 +14,13 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.radiosity.direct import Told, silent
 from tracer.radiosity.groups import Groups, neighbours
 from tracer.radiosity.guide import Guidance, division_for, make_guide
 from tracer.radiosity.hemisphere import MOST_RAYS, NOTHING
 from tracer.radiosity.lattice import Way, evenly
 from tracer.radiosity.patches import Patches
-from tracer.radiosity.solve import Told, trace
+from tracer.radiosity.solve import trace
 from tracer.radiosity.strata import Strata
 
 Floats = NDArray[np.float64]
@@ -57,7 +58,7 @@ def shoot(
     residual: float = 1e-5,
     seed: int = 0,
     guidance: Guidance | None = None,
-    told: Told = lambda text, done, total: None,
+    told: Told = silent,
 ) -> Shot:
     """Return the solution when a share ``residual`` of the power is left to send.
 

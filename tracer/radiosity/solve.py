@@ -9,7 +9,6 @@ the root of its rays, and a part of few costs more than it brings.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import drjit as dr
@@ -17,7 +16,8 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.radiosity.direct import direct_of_patches
+from tracer.errors import SettingsError
+from tracer.radiosity.direct import Told, direct_of_patches, silent
 from tracer.radiosity.gather import hemisphere_rays
 from tracer.radiosity.groups import Groups, neighbours
 from tracer.radiosity.guide import Guidance, division_for, make_guide
@@ -28,12 +28,12 @@ from tracer.radiosity.warp import Warp
 
 Floats = NDArray[np.float64]
 MOST_ROUNDS = 1000
+MOST_TRACED = 1 << 29
+"""Rays whose hits are kept: 8 bytes each."""
 FIRST = 16
 """One ray of so many finds the rough solution."""
 COARSE = 1e-3
 """Residual that is good enough to guide by."""
-Told = Callable[[str, int, int], None]
-"""Called with what is under way, how much of it is done, and how much there is. May raise to stop."""
 
 
 @dataclass(frozen=True)
@@ -73,15 +73,19 @@ def solve(
     seed: int = 0,
     lights: bool = False,
     guidance: Guidance | None = None,
-    told: Told = lambda text, done, total: None,
+    told: Told = silent,
 ) -> Solution:
     """Return the solution with ``rays`` rays a patch, gathered until a round changes less than ``residual``.
 
     ``lights``: light straight from emitters comes from as many places on these, instead of from rays that hit them.
-    ``guidance``: how to guide rays; all are spread evenly without.
+    ``guidance``: how to guide rays; all are spread evenly without. Raises SettingsError for too many rays to keep.
     """
-    told("lights", 0, 1)
-    direct = direct_of_patches(patches, rays, seed) if lights else np.zeros((len(patches), 3))
+    if rays * len(patches) > MOST_TRACED:
+        raise SettingsError(
+            f"{rays} rays of each of {len(patches)} patches are more than {MOST_TRACED}, which is too many to keep; "
+            "allow longer edges of patches, or fewer rays."
+        )
+    direct = direct_of_patches(patches, rays, seed, told) if lights else np.zeros((len(patches), 3))
     groups = neighbours(patches.points, guidance.members if guidance else MOST_RAYS)
     division = division_for(guidance, rays) if guidance else None
     spent = rays if lights else 0

@@ -59,6 +59,12 @@ class Warp:
         density = dr.gather(mi.Float, self.density, first + column)
         return mi.Point2f((mi.Float(row) + u) / self.cells, (mi.Float(column) + v) / self.cells), density
 
+    def density_of(self, group: Any, local: Any) -> Any:
+        """Return the density (mi.Float) of directions (mi.Vector3f), z the normal, over that of the cosine."""
+        place = mi.warp.cosine_hemisphere_to_square(local)
+        row, column = (dr.clip(mi.Int32(each * self.cells), 0, self.cells - 1) for each in (place.x, place.y))
+        return dr.gather(mi.Float, self.density, (group * self.cells + mi.UInt32(row)) * self.cells + mi.UInt32(column))
+
     def find(self, sums: Any, first: Any, value: Any) -> tuple[Any, Any]:
         """Return which of the cells that begin at ``first`` a value in [0, 1) falls into, and where in it."""
         cell = dr.zeros(mi.UInt32, dr.width(value))
