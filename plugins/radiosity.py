@@ -93,7 +93,7 @@ class RadiosityIntegrator(mi.SamplingIntegrator):
         if self.scene is scene:
             return
         patches = cut(scene, self.size or extent(scene) / EXTENT)
-        if patches.not_diffuse:
+        if patches.not_diffuse and told is silent:
             names = ", ".join(patches.not_diffuse)
             mi.Log(mi.LogLevel.Warn, f"radiosity: not diffuse, and shown as if they were: {names}")
         guidance = GUIDANCE if self.guided else None

@@ -8,6 +8,7 @@ from tracer.errors import SceneError
 from tracer.radiosity.cut import cell_centres, cut
 from tracer.radiosity.hemisphere import NOTHING
 from tracer.radiosity.patches import cell_of
+from tracer.radiosity.solve import solve
 
 T = mi.ScalarTransform4f
 RED = {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.6, 0.2, 0.1]}}
@@ -92,7 +93,10 @@ def test_what_is_not_diffuse_is_named():
         ),
         ({"lamp": {"type": "point"}}, "needs lights with an area, and the light 'lamp' has none"),
         ({"floor": {"type": "rectangle"}}, "There is no light"),
-        ({"snow": {"type": "rectangle", "bsdf": {"type": "diffuse", "reflectance": 1.0}}}, "light would go to and fro"),
+        (
+            {"snow": {"type": "rectangle", "bsdf": {"type": "diffuse", "reflectance": 1.1}}},
+            "more than all; make it less",
+        ),
     ],
 )
 def test_what_has_no_radiosity(changed, sentence):
@@ -103,3 +107,30 @@ def test_what_has_no_radiosity(changed, sentence):
 def test_too_many_patches():
     with pytest.raises(SceneError, match="allow longer ones"):
         cut(room(), 1e-4)
+
+
+def test_faces_without_area_are_no_patches():
+    mesh = mi.Mesh("flat", 4, 3)
+    parameters = mi.traverse(mesh)
+    parameters["vertex_positions"] = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [2, 0, 0]], np.float32).ravel()
+    parameters["faces"] = np.array([[0, 1, 3], [0, 1, 2], [1, 1, 2]], np.uint32).ravel()
+    parameters.update()
+    patches = cut(mi.load_dict({"type": "scene", "light": {"type": "constant"}, "mesh": mesh}), 0.4)
+    assert len(patches) == 16
+    assert patches.areas.sum() == pytest.approx(0.5)
+    assert np.isfinite(patches.normals).all()
+    ray = mi.Ray3f(mi.Point3f(0.2, 0.2, 1), mi.Vector3f(0, 0, -1))
+    assert patches.centres[patches.find(ray).numpy()[0]] == pytest.approx([0.2, 0.2, 0], abs=0.2)
+
+
+def test_three_faces_at_one_edge():
+    mesh = mi.Mesh("fan", 5, 3)
+    parameters = mi.traverse(mesh)
+    corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, -1, 0]]
+    parameters["vertex_positions"] = np.array(corners, np.float32).ravel()
+    parameters["faces"] = np.array([[0, 1, 2], [0, 1, 3], [0, 1, 4]], np.uint32).ravel()
+    parameters.update()
+    patches = cut(mi.load_dict({"type": "scene", "light": {"type": "constant"}, "mesh": mesh}))
+    assert len(patches) == 3
+    found = solve(patches, 64).radiosity
+    assert np.isfinite(found).all()

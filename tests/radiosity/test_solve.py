@@ -4,6 +4,7 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
+from tracer.errors import SceneError
 from tracer.radiosity.cut import cut
 from tracer.radiosity.guide import Guidance
 from tracer.radiosity.solve import solve
@@ -106,3 +107,15 @@ def test_guided_rays_find_the_same_and_less_error():
         assert (found[0].guided > 0.5) == (guidance is not None)
         errors.append(np.mean([np.mean((each.radiosity - truth) ** 2) for each in found]))
     assert errors[1] < errors[0]
+
+
+def test_light_that_goes_to_and_fro_for_ever_is_told_of():
+    with pytest.raises(SceneError, match="largest albedo is 1; make it less than 1"):
+        solve(cut(furnace([1.0, 1.0, 1.0])), 16, residual=1e-6)
+
+
+def test_a_white_surface_in_the_open_is_no_trouble():
+    white = {"type": "diffuse", "reflectance": {"type": "rgb", "value": 1.0}}
+    scene = {"type": "scene", "sky": {"type": "constant"}, "ground": {"type": "rectangle", "bsdf": white}}
+    found = solve(cut(mi.load_dict(scene), 0.5), 64)
+    assert found.radiosity == pytest.approx(np.full(found.radiosity.shape, np.pi), rel=1e-4)

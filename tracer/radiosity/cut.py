@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import Any
 
 import drjit as dr
@@ -23,8 +24,8 @@ EXTENT = 40
 """Triangles along the scene's largest extent where spheres, disks and cylinders become meshes, if no size is given."""
 FLAT = 1e-7
 """Area of a face over the square of its longest edge below which it has none, in single precision."""
-BRIGHTEST = 0.9999
-"""Albedo beyond which light would go to and fro for ever."""
+BRIGHTEST = 1 + 1e-4
+"""Albedo beyond which a surface makes light."""
 
 
 def cut(scene: Any, size: float | None = None) -> Patches:
@@ -58,7 +59,7 @@ def cut(scene: Any, size: float | None = None) -> Patches:
     if albedo.max(initial=0) > BRIGHTEST:
         place = centres[albedo.max(axis=1).argmax()].round(3).tolist()
         raise SceneError(
-            f"The albedo at {place} is {albedo.max():.5g}, and light would go to and fro for ever; make it less than 1."
+            f"The surface at {place} reflects {albedo.max():.5g} of its light, more than all; make it less."
         )
     if not emitted.any() and scene.environment() is None:
         raise SceneError("There is no light in the scene; give a shape an area emitter, or let the surroundings shine.")
@@ -119,7 +120,7 @@ def cell_centres(cuts: int) -> Floats:
             places.append(((i + 1 / 3) / cuts, (j + 1 / 3) / cuts))
             if i + j < cuts - 1:
                 places.append(((i + 2 / 3) / cuts, (j + 2 / 3) / cuts))
-    return np.array(places)
+    return np.array(places, np.float64).reshape(-1, 2)
 
 
 def cells_of(cuts: Integers) -> tuple[Integers, Floats]:
@@ -155,7 +156,9 @@ def reflects(shape: Any, front: bool) -> bool:
 
 def other_than_diffuse(scene: Any) -> list[str]:
     """Return the names of shapes whose material does anything but reflect diffusely."""
-    return [name_of(shape) for shape in scene.shapes() if shape.bsdf() is not None and not_diffuse(shape.bsdf())]
+    names = [name_of(shape) for shape in scene.shapes() if shape.bsdf() is not None and not_diffuse(shape.bsdf())]
+    times = Counter(names)
+    return [name if count == 1 else f"{count} times {name}" for name, count in times.items()]
 
 
 def first_faces(shapes: list[Any], counts: list[int]) -> Any:

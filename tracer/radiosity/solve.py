@@ -16,7 +16,7 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.errors import SettingsError
+from tracer.errors import SceneError, SettingsError
 from tracer.radiosity.direct import Told, direct_of_patches, silent
 from tracer.radiosity.gather import hemisphere_rays
 from tracer.radiosity.groups import Groups, neighbours
@@ -28,6 +28,8 @@ from tracer.radiosity.warp import Warp
 
 Floats = NDArray[np.float64]
 MOST_ROUNDS = 1000
+HOPE = 50
+"""Rounds before it is asked whether they will ever end."""
 MOST_TRACED = 1 << 29
 """Rays whose hits are kept: 8 bytes each."""
 FIRST = 16
@@ -138,10 +140,22 @@ def finish(
     while change > residual and done < MOST_ROUNDS:
         irradiance = arriving + gathered(traced, radiosity - patches.emitted if lights else radiosity)
         following = patches.emitted + patches.albedo * irradiance
-        moved = float(np.sum(patches.areas[:, None] * np.abs(following - radiosity)))
-        change, radiosity, done = moved / max(supplied, 1e-300), following, done + 1
+        moved = float(np.sum(patches.areas[:, None] * np.abs(following - radiosity))) / max(supplied, 1e-300)
+        if done >= HOPE and moved > COARSE and rounds_left(moved, moved / change, residual) > MOST_ROUNDS:
+            raise SceneError(
+                f"Light goes to and fro for ever: a round changes {100 * moved / change:.2f} % of what the one before did. "
+                f"The largest albedo is {patches.albedo.max():.4g}; make it less than 1, or let some light out."
+            )
+        change, radiosity, done = moved, following, done + 1
         told(f"round {done}: {change:.1e} of the power moved", min(done, MOST_ROUNDS - 1), MOST_ROUNDS)
     return Solution(radiosity, irradiance, change, done, (traced.rays + spent) * len(patches), guided)
+
+
+def rounds_left(change: float, ratio: float, residual: float) -> float:
+    """Return how many more rounds it takes if each changes ``ratio`` of what the one before did."""
+    if change <= residual:
+        return 0.0
+    return float(np.log(residual / change) / np.log(ratio)) if ratio < 1 else np.inf
 
 
 def gathered(traced: Traced, radiosity: Floats) -> Floats:
