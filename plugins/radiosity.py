@@ -53,7 +53,7 @@ from tracer.radiosity.final_gather import FinalGather, carried
 from tracer.radiosity.groups import neighbours
 from tracer.radiosity.guide import Guidance, make_guide
 from tracer.radiosity.hemisphere import Division, See
-from tracer.radiosity.patches import Patches
+from tracer.radiosity.patches import Patches, by_face
 from tracer.radiosity.shoot import Shot, shoot
 from tracer.radiosity.smooth import Smooth
 from tracer.radiosity.solve import Solution, solve
@@ -107,8 +107,8 @@ class RadiosityIntegrator(mi.SamplingIntegrator):
             if guidance is not None:
                 told("looks", 0, 1)
                 groups = neighbours(patches.points, guidance.members)
-                see = carried(patches, radiosity)
-                warp = Warp(make_guide(see, groups, DIVISION, guidance, len(patches), self.seed))
+                see = by_face(patches, carried(patches, radiosity))
+                warp = Warp(make_guide(see, groups, DIVISION, guidance, patches.faces, self.seed))
             self.final = FinalGather(patches, radiosity, warp)
         self.see = patches.see(radiosity)
         self.smooth = Smooth(patches, radiosity) if self.show == "smooth" else None

@@ -9,7 +9,7 @@ from typing import Any
 import typer
 
 from tracer.backend import named_library
-from tracer.cli import compare, demo, info, radiosity, render, score, study, view
+from tracer.cli import compare, demo, info, radiosity, radiosity_report, render, score, study, view
 
 app = typer.Typer(
     help="Render adaptively on Mitsuba 3: look first with cheap rays, spend expensive rays where they pay.",
@@ -30,7 +30,17 @@ def after_check(command: Callable[..., None]) -> Callable[..., None]:
     return checked
 
 
-for function in (render.render, radiosity.radiosity, compare.compare, study.study, score.score, demo.demo, info.info):
+COMMANDS = (
+    render.render,
+    radiosity.radiosity,
+    radiosity_report.radiosity_report,
+    compare.compare,
+    study.study,
+    score.score,
+    demo.demo,
+    info.info,
+)
+for function in COMMANDS:
     app.command()(after_check(function))
 for name, viewing in view.COMMANDS.items():
     view.app.command(name)(after_check(viewing))

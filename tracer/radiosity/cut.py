@@ -64,6 +64,7 @@ def cut(scene: Any, size: float | None = None) -> Patches:
     if not emitted.any() and scene.environment() is None:
         raise SceneError("There is no light in the scene; give a shape an area emitter, or let the surroundings shine.")
     has_back, each = np.concatenate(behind), np.concatenate(cuts) ** 2
+    face_of = np.repeat(np.arange(len(each)), each)
     numbers = np.where(has_back, len(has_back) + np.cumsum(has_back) - 1, NOTHING)
     return Patches(
         scene=scene,
@@ -77,6 +78,7 @@ def cut(scene: Any, size: float | None = None) -> Patches:
         first_cell=mi.UInt32((np.cumsum(each) - each).astype(np.uint32)),
         cuts=mi.UInt32(np.concatenate(cuts).astype(np.uint32)),
         back=mi.UInt32(numbers.astype(np.uint32)),
+        face=mi.UInt32(np.concatenate([face_of, face_of[has_back]]).astype(np.uint32)),
     )
 
 

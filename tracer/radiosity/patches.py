@@ -46,6 +46,8 @@ class Patches:
     """mi.UInt32 by face: n."""
     back: Any
     """mi.UInt32 by cell: the patch of its other side, or NOTHING."""
+    face: Any
+    """mi.UInt32 by patch: the face that it is a part of."""
 
     def __len__(self) -> int:
         return len(self.areas)
@@ -54,6 +56,11 @@ class Patches:
     def front_normals(self) -> Any:
         """mi.Float: normals of the fronts of all cells, x, y, z in turn."""
         return mi.Float(self.normals[: dr.width(self.back)].astype(np.float32).ravel())
+
+    @property
+    def faces(self) -> int:
+        """How many faces there are."""
+        return int(dr.width(self.cuts))
 
     @property
     def points(self) -> Points:
@@ -100,6 +107,17 @@ class Patches:
             return patch, radiance
 
         return seen
+
+
+def by_face(patches: Patches, see: See) -> See:
+    """Return what sees faces instead of patches: how complex a scene is does not hang on how fine it is cut."""
+
+    def seen(ray: Any) -> tuple[Any, Any]:
+        patch, radiance = see(ray)
+        hit = patch != NOTHING
+        return dr.select(hit, dr.gather(mi.UInt32, patches.face, patch, hit), NOTHING), radiance
+
+    return seen
 
 
 def cell_of(place: Any, cuts: Any) -> Any:

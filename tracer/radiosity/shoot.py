@@ -19,7 +19,7 @@ from tracer.radiosity.groups import Groups, neighbours
 from tracer.radiosity.guide import Guidance, division_for, make_guide
 from tracer.radiosity.hemisphere import MOST_RAYS, NOTHING
 from tracer.radiosity.lattice import Way, evenly
-from tracer.radiosity.patches import Patches
+from tracer.radiosity.patches import Patches, by_face
 from tracer.radiosity.solve import trace
 from tracer.radiosity.strata import Strata
 
@@ -106,9 +106,9 @@ def way_for(
     division = division_for(guidance, rays) if guidance else None
     if guidance is None or division is None:
         return evenly, 0, 0.0
-    see = patches.see(np.zeros((len(patches), 3)), surroundings=False)
+    see = by_face(patches, patches.see(np.zeros((len(patches), 3)), surroundings=False))
     # Without light there is no telling what is worth it.
-    guide = make_guide(see, groups, division, replace(guidance, worth=0.0), len(patches), seed)
+    guide = make_guide(see, groups, division, replace(guidance, worth=0.0), patches.faces, seed)
     return Strata(guide), guide.regions.rays, guide.guided
 
 

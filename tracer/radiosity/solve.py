@@ -23,7 +23,7 @@ from tracer.radiosity.groups import Groups, neighbours
 from tracer.radiosity.guide import Guidance, division_for, make_guide
 from tracer.radiosity.hemisphere import MOST_RAYS, NOTHING
 from tracer.radiosity.lattice import Way, evenly
-from tracer.radiosity.patches import Patches
+from tracer.radiosity.patches import Patches, by_face
 from tracer.radiosity.warp import Warp
 
 Floats = NDArray[np.float64]
@@ -97,7 +97,7 @@ def solve(
     first = trace(patches, groups, max(rays // FIRST, 1), evenly, seed, not lights, told)
     known = finish(patches, first, direct, max(residual, COARSE), lights, 0, 0.0, told)
     see = patches.see(known.radiosity - patches.emitted if lights else known.radiosity, surroundings=not lights)
-    guide = make_guide(see, groups, division, guidance, len(patches), seed + 1)
+    guide = make_guide(by_face(patches, see), groups, division, guidance, patches.faces, seed + 1)
     looked = -(-guide.regions.rays // len(patches))
     spent += looked + first.rays
     second = trace(patches, groups, max(rays - first.rays - looked, 1), Warp(guide), seed + 2, not lights, told)
@@ -143,7 +143,7 @@ def finish(
         moved = float(np.sum(patches.areas[:, None] * np.abs(following - radiosity))) / max(supplied, 1e-300)
         if done >= HOPE and moved > COARSE and rounds_left(moved, moved / change, residual) > MOST_ROUNDS:
             raise SceneError(
-                f"Light goes to and fro for ever: a round changes {100 * moved / change:.2f} % of what the one before did. "
+                f"Light goes to and fro for ever: a round does {100 * moved / change:.2f} % of the one before. "
                 f"The largest albedo is {patches.albedo.max():.4g}; make it less than 1, or let some light out."
             )
         change, radiosity, done = moved, following, done + 1

@@ -1,0 +1,1 @@
+"""What guided rays are worth, measured: ``tracer radiosity-report``."""

@@ -1,0 +1,185 @@
+"""Error of irradiance against rays and time, guided and not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from tracer.radiosity.cut import cut
+from tracer.radiosity.gather import gather
+from tracer.radiosity.groups import Groups, Points, alone, neighbours
+from tracer.radiosity.guide import Guidance, division_for, make_guide
+from tracer.radiosity.hemisphere import Division, Kind, See
+from tracer.radiosity.lattice import evenly
+from tracer.radiosity.patches import Patches, by_face
+from tracer.radiosity.report.scenes import Example
+from tracer.radiosity.solve import solve
+from tracer.radiosity.strata import Strata
+from tracer.radiosity.warp import Warp
+
+Floats = NDArray[np.float64]
+RAYS = (64, 256, 1024)
+SEEDS = 5
+TRUTH = 1 << 14
+THRESHOLDS: dict[Kind, float] = {"entropy": 1.0, "distinct": 4.0, "deviation": 0.8}
+OWN = Division("distinct", 2.5, 1, 4)
+"""The paper's way: every point looks for itself, with four rays through each triangle."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """One way to gather."""
+
+    name: str
+    kind: Kind | None = None
+    strata: bool = False
+    own: bool = False
+
+
+METHODS = (
+    Method("evenly"),
+    Method("each for itself, strata", "distinct", True, True),
+    *(
+        Method(f"{kind}, {'strata' if strata else 'warp'}", kind, strata)
+        for kind in THRESHOLDS
+        for strata in (True, False)
+    ),
+)
+
+
+@dataclass(frozen=True)
+class Place:
+    """Points of a scene that is solved, and what is true there."""
+
+    example: Example
+    patches: Patches
+    groups: Groups
+    single: Groups
+    see: See
+    truth: Floats
+    radiosity: Floats
+
+
+@dataclass(frozen=True)
+class Curve:
+    """What one method did in one scene."""
+
+    scene: str
+    method: str
+    rays: int
+    errors: list[float]
+    """Mean squared error over the mean squared, of each seed."""
+    seconds: float
+    traced: float
+    """Rays a point, those that looked too."""
+    guided: float
+
+
+def prepare(example: Example) -> Place:
+    """Solve a scene, and find its irradiance with many rays."""
+    patches = cut(example.scene, example.size)
+    radiosity = solve(patches, 512, 1e-5, lights=True).radiosity
+    see = patches.see(radiosity if example.lights else radiosity - patches.emitted)
+    dark = np.flatnonzero(patches.emitted.max(axis=1) == 0)
+    points = Points(patches.centres[dark], patches.normals[dark])
+    single = alone(points)
+    truth = gather(see, single, TRUTH, seed=99).irradiance
+    return Place(example, patches, neighbours(points, Guidance().members), single, see, truth, radiosity)
+
+
+def once(place: Place, method: Method, rays: int, seed: int) -> tuple[Floats, float, float] | None:
+    """Return irradiance, rays a point and the share of points guided; None where a look is too dear."""
+    if method.kind is None:
+        return gather(place.see, place.single, rays, evenly, seed).irradiance, rays, 0.0
+    count = len(place.single.points)
+    guidance = Guidance(method.kind, THRESHOLDS[method.kind])
+    groups, division = place.groups, division_for(guidance, rays)
+    if method.own:
+        groups, division, guidance = place.single, OWN, replace(guidance, members=1, worth=0.0)
+    if division is None:
+        return None
+    see = by_face(place.patches, place.see)
+    guide = make_guide(see, groups, division, guidance, place.patches.faces, 1000 + seed)
+    looked = guide.regions.rays / count
+    left = rays - round(looked)
+    if left < rays / 3:
+        return None
+    way = Strata(guide) if method.strata else Warp(guide)
+    return gather(place.see, groups, left, way, seed).irradiance, left + looked, guide.guided
+
+
+def measure(place: Place, told: Callable[[str], None]) -> list[Curve]:
+    """Return the errors of all methods."""
+    scale = float(np.mean(place.truth)) ** 2
+    curves = []
+    for rays in RAYS:
+        for method in METHODS:
+            told(f"{place.example.name}, {rays} rays, {method.name}")
+            if once(place, method, rays, 50) is None:
+                continue
+            errors, seconds, found = [], [], None
+            for seed in range(SEEDS):
+                begin = perf_counter()
+                found = once(place, method, rays, seed)
+                seconds.append(perf_counter() - begin)
+                assert found is not None
+                errors.append(float(np.mean((found[0] - place.truth) ** 2)) / scale)
+            assert found is not None
+            curves.append(
+                Curve(place.example.name, method.name, rays, errors, float(np.median(seconds)), found[1], found[2])
+            )
+    return curves
+
+
+def gain(own: list[float], other: list[float]) -> tuple[float, float, float]:
+    """Return how many times the errors ``other`` are ``own``, with its 95 % interval over the seeds (Student)."""
+    logs = np.log(np.asarray(other)) - np.log(np.asarray(own))
+    middle = float(logs.mean())
+    reach = float(stats.t.ppf(0.975, len(logs) - 1) * logs.std(ddof=1) / np.sqrt(len(logs)))
+    return float(np.exp(middle)), float(np.exp(middle - reach)), float(np.exp(middle + reach))
+
+
+def even_at(curves: list[Curve], scene: str, seconds: float) -> list[float]:
+    """Return the errors of even rays in as much time, along the line between those measured (both in logarithms)."""
+    even = [curve for curve in curves if curve.scene == scene and curve.method == "evenly"]
+    times = np.log([curve.seconds for curve in even])
+    found = []
+    for seed in range(SEEDS):
+        errors = np.log([curve.errors[seed] for curve in even])
+        slope = (errors[-1] - errors[0]) / (times[-1] - times[0])
+        value = float(np.interp(np.log(seconds), times, errors))
+        if np.log(seconds) < times[0]:
+            value = errors[0] + slope * (np.log(seconds) - times[0])
+        if np.log(seconds) > times[-1]:
+            value = errors[-1] + slope * (np.log(seconds) - times[-1])
+        found.append(float(np.exp(value)))
+    return found
+
+
+def rows(curves: list[Curve]) -> list[dict[str, Any]]:
+    """Return the gains of all guided methods over even rays."""
+    found = []
+    for curve in curves:
+        if curve.method == "evenly":
+            continue
+        even = next(e for e in curves if (e.scene, e.method, e.rays) == (curve.scene, "evenly", curve.rays))
+        found.append(
+            {
+                "scene": curve.scene,
+                "method": curve.method,
+                "rays": curve.rays,
+                "traced": curve.traced,
+                "guided": curve.guided,
+                "seconds": curve.seconds,
+                "error": float(np.sqrt(np.mean(curve.errors))),
+                "equal_rays": gain(curve.errors, even.errors),
+                "equal_time": gain(curve.errors, even_at(curves, curve.scene, curve.seconds)),
+            }
+        )
+    return found
