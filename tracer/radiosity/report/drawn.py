@@ -14,7 +14,7 @@ from tracer.score import encode_srgb
 
 Floats = NDArray[np.float64]
 SHOWN = ("evenly", "each for itself, strata", "distinct, strata", "distinct, warp", "entropy, warp", "deviation, warp")
-FEW = 64
+FEW = 256
 
 
 def draw_curves(curves: list[Curve], path: Path) -> None:
@@ -88,5 +88,5 @@ def picture(place: Place, radiosity: Floats) -> Floats:
 
 def toned(seen: Floats, truth: Floats) -> Floats:
     """Return a picture for the screen, as bright for one as for the other."""
-    exposure = 0.35 * np.pi / max(float(np.median(truth[truth > 0])), 1e-30)
+    exposure = 0.12 * np.pi / max(float(np.median(truth[truth > 0])), 1e-30)
     return np.clip(encode_srgb(seen * exposure), 0, 1)

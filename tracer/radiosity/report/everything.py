@@ -40,7 +40,7 @@ def everything(folder: Path, step: StepCallback) -> None:
         place = prepare(example)
         curves += measure(place, told)
         if example.name == "chandelier":
-            for name, figure in (("deviation, warp", "figure_11.png"), ("entropy, warp", "figure_12.png")):
+            for name, figure in (("deviation, warp", "figure_11.png"), ("distinct, warp", "figure_12.png")):
                 with whole_file(folder / figure) as path:
                     drawn.draw_both(place, name, path)
         if example.name in PAIRED:
@@ -179,7 +179,7 @@ As in figure 11 of the paper, with radiance as the guide:
 
 ![Figure 11](figure_11.png)
 
-As in figure 12, with the entropy of the patches that a few rays see:
+As in figure 12, with the number of faces that a few rays see:
 
 ![Figure 12](figure_12.png)
 """
