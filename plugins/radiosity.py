@@ -3,7 +3,8 @@
 The scene is cut into patches, which gather light along rays that are traced once, until nothing changes any more, or
 shoot it until none is left. What is shown is light gathered anew at every place that a camera ray hits, of which
 patches are seen only in the second place: textures and shadows are sharp then. Or the patches themselves, as they are
-or smoothed. Surfaces that are not diffuse count as if they were, and reflected as much.
+or smoothed. Surfaces that are not diffuse count as if they were, and reflected as much. A scene is solved once: after
+it has changed, load the integrator again. Media are not seen, nor is ``hide_emitters``.
 
 .. pluginparameters::
 
@@ -62,7 +63,7 @@ from tracer.radiosity.warp import Warp
 METHODS, SHOWN = ("gathering", "shooting"), ("gather", "smooth", "patches")
 GUIDANCE = Guidance()
 DIVISION = Division(GUIDANCE.kind, GUIDANCE.threshold, depth=2, rays=256, widest=0.5)
-"""28 rays a patch, at most."""
+"""28 rays a patch, and twice as many in the smallest groups."""
 
 
 class RadiosityIntegrator(mi.SamplingIntegrator):
@@ -78,7 +79,7 @@ class RadiosityIntegrator(mi.SamplingIntegrator):
         self.guided = bool(props.get("guided", True))
         self.seed = int(props.get("seed", 0))
         if not 0 <= self.size < float("inf") or not 0 < self.residual < 1 or not 1 <= self.rays <= 1 << 20:
-            raise SettingsError("radiosity: size must be positive, residual in (0, 1), rays from 1 to 2^20.")
+            raise SettingsError("radiosity: size must be positive or 0, residual in (0, 1), rays from 1 to 2^20.")
         if self.method not in METHODS or self.show not in SHOWN:
             raise SettingsError(f"radiosity: method is one of {', '.join(METHODS)}; show, of {', '.join(SHOWN)}.")
         self.scene: mi.Scene | None = None
@@ -109,9 +110,10 @@ class RadiosityIntegrator(mi.SamplingIntegrator):
                 groups = neighbours(patches.points, guidance.members)
                 see = by_face(patches, carried(patches, radiosity))
                 warp = Warp(make_guide(see, groups, DIVISION, guidance, patches.faces, self.seed))
-            self.final = FinalGather(patches, radiosity, warp)
+            self.final = FinalGather(scene, patches, radiosity, warp)
         self.see = patches.see(radiosity)
         self.smooth = Smooth(patches, radiosity) if self.show == "smooth" else None
+        told("ready", 1, 1)
         self.patches, self.scene = patches, scene
 
     def render(self, scene: mi.Scene, *arguments: Any, **keywords: Any) -> mi.TensorXf:

@@ -63,12 +63,12 @@ def test_what_is_not_diffuse_is_named_or_refused(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "extra", "sentence"),
     [
-        (["--patch", "0"], "", "must be longer than 0"),
+        (["--patch", "0"], "", "is a length above 0"),
         (["--residual", "2"], "", "share between 0 and 1"),
         (["--sensor", "3"], "", "sensor"),
         (["--patch", "0.01", "--rays", "1048576"], "", "allow longer edges of patches, or fewer rays"),
         ([], '<shape type="linearcurve" id="hair"><string name="filename" value="hair.txt"/></shape>', "none: 'hair'"),
-        ([], '<emitter type="point" id="spark"/>', "lights with an area, and the light 'spark' has none"),
+        ([], '<emitter type="point" id="spark"/>', "and the light 'spark' does not"),
     ],
 )
 def test_a_mistake_is_one_sentence_and_writes_nothing(arguments, extra, sentence, tmp_path):

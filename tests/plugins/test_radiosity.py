@@ -55,7 +55,7 @@ def test_solved_once(box):
 
 @pytest.mark.parametrize("wrong", [{"size": -1.0}, {"rays": 0}, {"residual": 2.0}])
 def test_wrong_parameters(wrong):
-    with pytest.raises((SettingsError, RuntimeError), match="radiosity: size must be positive"):
+    with pytest.raises((SettingsError, RuntimeError), match="radiosity: size must be positive or 0"):
         mi.load_dict({"type": "radiosity", **wrong})
 
 
@@ -64,7 +64,7 @@ def test_wrong_words():
         mi.load_dict({"type": "radiosity", "show": "nothing"})
 
 
-def test_round_shapes_and_what_is_not_diffuse():
+def test_round_shapes():
     """A furnace: in light of 1 from everywhere, what reflects a half looks 1/2 where it is convex, whatever it is."""
     grey = {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.5}}
     scene = {
@@ -94,3 +94,61 @@ def test_smooth_is_smoother_than_patches(box):
         pictures[show] = mi.render(box, integrator=integrator, spp=64).numpy()[11:18, 14:36]
     steps = {show: np.abs(np.diff(picture, axis=1)).max() for show, picture in pictures.items()}
     assert steps["smooth"] < 0.5 * steps["patches"]
+
+
+def pictures(scene, spp=256, **settings):
+    """Return a picture by radiosity, and one by paths."""
+    camera = {"type": "perspective", "fov": 70, "film": {"type": "hdrfilm", "width": 32, "height": 24}}
+    loaded = mi.load_dict({"type": "scene", "sensor": {**camera, "to_world": scene.pop("view")}, **scene})
+    path = mi.load_dict({"type": "path", "max_depth": 64, "rr_depth": 64})
+    made = mi.render(loaded, integrator=mi.load_dict({"type": "radiosity", **settings}), spp=spp).numpy()[..., :3]
+    return made, mi.render(loaded, integrator=path, spp=4 * spp).numpy()[..., :3]
+
+
+def test_inside_a_sphere():
+    """Triangles of a sphere are in front of it when it is seen from inside."""
+    bright = {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.7}}
+    lamp = {"type": "area", "radiance": {"type": "rgb", "value": 10.0}}
+    scene = {
+        "view": mi.ScalarTransform4f().look_at([0, -0.7, 0], [0, 1, 0], [0, 0, 1]),
+        "ball": {"type": "sphere", "flip_normals": True, "bsdf": bright},
+        "lamp": {
+            "type": "cube",
+            "to_world": mi.ScalarTransform4f().translate([0, 0.2, 0.3]).scale(0.1),
+            "emitter": lamp,
+        },
+    }
+    made, path = pictures(scene, size=0.1)
+    assert made.mean() == pytest.approx(path.mean(), rel=0.02)
+
+
+def test_into_a_pipe():
+    pipe = {"type": "cylinder", "p0": [0, 0, 0], "p1": [0, 0, 3], "radius": 1.0}
+    bright = {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.7}}
+    scene = {
+        "view": mi.ScalarTransform4f().look_at([0.2, 0.1, 4.5], [0, 0, 0], [0, 1, 0]),
+        "sky": {"type": "constant"},
+        "pipe": {**pipe, "bsdf": {"type": "twosided", "both": bright}},
+    }
+    made, path = pictures(scene, size=0.1)
+    assert made.mean() == pytest.approx(path.mean(), rel=0.02)
+
+
+def test_a_black_back_is_black():
+    """It is no patch, and a normal along the axis of another group's frame has no projection on it."""
+    grey = {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.5}}
+    black = {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}}
+    wall = mi.ScalarTransform4f().translate([0, 0, 1]).rotate([0, 1, 0], 90)
+    scene = {
+        "view": mi.ScalarTransform4f().look_at([-4, 0.5, 1.5], [0, 0, 0.7], [0, 0, 1]),
+        "sky": {"type": "constant"},
+        "floor": {
+            "type": "rectangle",
+            "to_world": mi.ScalarTransform4f().rotate([1, 0, 0], 180).scale(2),
+            "bsdf": grey,
+        },
+        "wall": {"type": "rectangle", "to_world": wall, "bsdf": {"type": "twosided", "both": black}},
+    }
+    made, path = pictures(scene, 64, size=0.1)
+    assert np.isfinite(made).all()
+    assert made.mean() == pytest.approx(path.mean(), rel=0.02)

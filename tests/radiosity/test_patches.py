@@ -6,6 +6,7 @@ import pytest
 
 from tracer.errors import SceneError
 from tracer.radiosity.cut import cell_centres, cut
+from tracer.radiosity.guide import Guidance
 from tracer.radiosity.hemisphere import NOTHING
 from tracer.radiosity.patches import cell_of
 from tracer.radiosity.solve import solve
@@ -91,7 +92,7 @@ def test_what_is_not_diffuse_is_named():
             {"wire": {"type": "sdfgrid", "grid": mi.TensorXf(np.linspace(-1, 1, 8).reshape(2, 2, 2, 1))}},
             "these shapes are none: 'wire'",
         ),
-        ({"lamp": {"type": "point"}}, "needs lights with an area, and the light 'lamp' has none"),
+        ({"lamp": {"type": "point"}}, "and the light 'lamp' does not"),
         ({"floor": {"type": "rectangle"}}, "There is no light"),
         (
             {"snow": {"type": "rectangle", "bsdf": {"type": "diffuse", "reflectance": 1.1}}},
@@ -107,6 +108,44 @@ def test_what_has_no_radiosity(changed, sentence):
 def test_too_many_patches():
     with pytest.raises(SceneError, match="allow longer ones"):
         cut(room(), 1e-4)
+
+
+@pytest.mark.parametrize("size", [1e-10, 1e-30])
+@pytest.mark.parametrize("shape", ["rectangle", "cylinder"])
+def test_edges_that_are_no_use(size, shape):
+    with pytest.raises(SceneError, match="allow longer ones"):
+        cut(mi.load_dict({"type": "scene", "sky": {"type": "constant"}, "shape": {"type": shape}}), size)
+
+
+def line(reach=1.0):
+    """Return a mesh whose only face is a line, or a tiny triangle."""
+    mesh = mi.Mesh("line", 3, 1)
+    parameters = mi.traverse(mesh)
+    corners = [[0, 0, 0], [1, 0, 0], [2, 0, 0]] if reach == 1 else [[0, 0, 0], [reach, 0, 0], [0, reach, 0]]
+    parameters["vertex_positions"] = np.array(corners, np.float32).ravel()
+    parameters["faces"] = np.array([0, 1, 2], np.uint32)
+    parameters.update()
+    return mesh
+
+
+@pytest.mark.parametrize("reach", [1.0, 1e-13])
+def test_shapes_without_area(reach):
+    sky = {"type": "constant"}
+    with pytest.raises(SceneError, match="no face of the scene has an area"):
+        cut(mi.load_dict({"type": "scene", "sky": sky, "line": line(reach)}))
+    patches = cut(mi.load_dict({"type": "scene", "sky": sky, "line": line(reach), "floor": {"type": "rectangle"}}), 0.5)
+    found = solve(patches, 64, guidance=Guidance())
+    assert found.radiosity == pytest.approx(np.full(found.radiosity.shape, np.pi / 2), rel=1e-3)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_light_that_is_no_number(value):
+    mesh = mi.load_dict({"type": "rectangle", "emitter": {"type": "area", "radiance": {"type": "rgb", "value": 1.0}}})
+    parameters = mi.traverse(mesh)
+    parameters["emitter.radiance.value"] = mi.Color3f(value)
+    parameters.update()
+    with pytest.raises(SceneError, match="no finite number"):
+        cut(mi.load_dict({"type": "scene", "lamp": mesh}))
 
 
 def test_faces_without_area_are_no_patches():

@@ -4,6 +4,7 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
+from tracer.errors import SceneError
 from tracer.radiosity.cut import cut
 from tracer.radiosity.guide import Guidance
 from tracer.radiosity.shoot import brightest, shoot
@@ -105,3 +106,8 @@ def test_two_patches_exchange_as_the_closed_form_has_it():
     shot = shoot(patches, 1 << 20, 1e-9).radiosity[:, 0]
     for found in (gathered, shot):
         assert found[[low, 1 - low]] == pytest.approx(expected, rel=1e-4)
+
+
+def test_light_that_goes_to_and_fro_for_ever_is_told_of():
+    with pytest.raises(SceneError, match="largest albedo is 1; make it less than 1"):
+        shoot(cut(furnace([1.0, 1.0, 1.0])), 4)

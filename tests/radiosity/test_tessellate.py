@@ -5,6 +5,7 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
+from tracer.errors import SceneError
 from tracer.radiosity.cut import cut
 from tracer.radiosity.tessellate import tessellated
 
@@ -58,3 +59,31 @@ def test_meshes_lie_on_the_surface_and_have_its_light(scenes):
 def test_a_scene_of_meshes_is_left_alone():
     scene = mi.load_dict(mi.cornell_box())
     assert tessellated(scene, 0.1) is scene
+
+
+def test_the_scene_keeps_its_names():
+    scene = mi.load_dict({**SCENE, "floor": {"type": "rectangle"}, "box": {"type": "cube"}})
+    before = [shape.id() for shape in scene.shapes()]
+    keys = set(mi.traverse(scene).keys())
+    cut(scene, 0.5)
+    assert [shape.id() for shape in scene.shapes()] == before
+    assert set(mi.traverse(scene).keys()) == keys
+
+
+def test_a_texture_that_shines_is_averaged_by_area():
+    rows = np.zeros((16, 4, 3), np.float32)
+    rows[0] = 100
+    texture = {"type": "bitmap", "bitmap": mi.Bitmap(rows), "raw": True, "filter_type": "nearest"}
+    ball = {"type": "sphere", "emitter": {"type": "area", "radiance": texture}}
+    patches = cut(mi.load_dict({"type": "scene", "ball": ball}), 0.2)
+    # The first of 16 rows is (1 - cos(pi / 16)) / 2 of the sphere.
+    share = (1 - np.cos(np.pi / 16)) / 2
+    assert patches.emitted.max() == pytest.approx(np.pi * 100 * share, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    "shape", [{"type": "sphere", "radius": 0.0}, {"type": "disk", "to_world": T().scale([0, 1, 1])}]
+)
+def test_a_shape_without_extent_is_a_sentence(shape):
+    with pytest.raises((SceneError, RuntimeError), match="no extent"):
+        cut(mi.load_dict({"type": "scene", "sky": {"type": "constant"}, "shape": shape}))

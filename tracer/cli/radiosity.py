@@ -59,7 +59,7 @@ def radiosity(
 
     files.check_output(output, overwrite)
     if patch is not None and not 0 < patch < float("inf"):
-        raise SettingsError(f"The edge of a patch must be longer than 0, not {patch:g}.")
+        raise SettingsError(f"The edge of a patch is a length above 0, not {patch:g}.")
     if not 0 < residual < 1:
         raise SettingsError(f"The residual is a share between 0 and 1, not {residual:g}.")
     backend.activate()

@@ -21,9 +21,11 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 MOST_PATCHES = 1 << 24
 EXTENT = 40
-"""Triangles along the scene's largest extent where spheres, disks and cylinders become meshes, if no size is given."""
+"""Patches along the scene's largest extent, unless a size is given."""
 FLAT = 1e-7
 """Area of a face over the square of its longest edge below which it has none, in single precision."""
+SMALLEST = 1e-18
+"""Twice the area of a face whose normal single precision can still tell."""
 BRIGHTEST = 1 + 1e-4
 """Albedo beyond which a surface makes light."""
 
@@ -35,16 +37,21 @@ def cut(scene: Any, size: float | None = None) -> Patches:
     radiosity: other shapes, no light, a light without area, an albedo of 1.
     """
     check(scene)
+    names = other_than_diffuse(scene)
     scene = tessellated(scene, size or extent(scene) / EXTENT)
     shapes = [shape for shape in scene.shapes() if shape.primitive_count()]
     fronts, backs, behind, cuts = [], [], [], []
     total = 0
     for shape in shapes:
         corners = corners_of(shape)
-        n = cuts_of(corners, size)
+        n = cuts_of(shape, corners, size)
         total += int((n**2).sum())
         if total > MOST_PATCHES:
             raise SceneError(f"Edges of {size:g} make more than {MOST_PATCHES} patches; allow longer ones.")
+        cuts.append(n)
+        if not n.any():
+            behind.append(np.zeros(0, bool))
+            continue
         face, places = cells_of(n)
         areas = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=-1)
         fronts.append(side(shape, face, places, areas[face] / n[face] ** 2, front=True))
@@ -52,7 +59,8 @@ def cut(scene: Any, size: float | None = None) -> Patches:
         lit = bool(np.any(back[3] > 0) or np.any(back[4] > 0))
         backs += [back] if lit else []
         behind.append(np.full(len(face), lit))
-        cuts.append(n)
+    if not fronts:
+        raise SceneError("There is nothing to light: no face of the scene has an area.")
     centres, normals, areas, albedo, emitted = (
         np.concatenate([part[k] for part in (*fronts, *backs)]) for k in range(5)
     )
@@ -61,7 +69,7 @@ def cut(scene: Any, size: float | None = None) -> Patches:
         raise SceneError(
             f"The surface at {place} reflects {albedo.max():.5g} of its light, more than all; make it less."
         )
-    if not emitted.any() and scene.environment() is None:
+    if not scene.emitters():
         raise SceneError("There is no light in the scene; give a shape an area emitter, or let the surroundings shine.")
     has_back, each = np.concatenate(behind), np.concatenate(cuts) ** 2
     face_of = np.repeat(np.arange(len(each)), each)
@@ -73,7 +81,7 @@ def cut(scene: Any, size: float | None = None) -> Patches:
         areas=areas,
         albedo=albedo,
         emitted=emitted,
-        not_diffuse=other_than_diffuse(scene),
+        not_diffuse=names,
         first_face=first_faces(shapes, [len(n) for n in cuts]),
         first_cell=mi.UInt32((np.cumsum(each) - each).astype(np.uint32)),
         cuts=mi.UInt32(np.concatenate(cuts).astype(np.uint32)),
@@ -93,9 +101,12 @@ def check(scene: Any) -> None:
     if not any(not shape.is_mesh() or shape.primitive_count() for shape in scene.shapes()):
         raise SceneError("There is nothing to light: the scene has no shape, or its meshes have no face.")
     for emitter in scene.emitters():
-        if not emitter.is_environment() and not mi.has_flag(emitter.flags(), mi.EmitterFlags.Surface):
+        area = mi.has_flag(emitter.flags(), mi.EmitterFlags.Surface)
+        if not emitter.is_environment() and (not area or mi.has_flag(emitter.flags(), mi.EmitterFlags.Delta)):
             name = f"'{emitter.id()}'" if emitter.id() else f"of kind {emitter.class_name()}"
-            raise SceneError(f"Radiosity needs lights with an area, and the light {name} has none; use 'area'.")
+            raise SceneError(
+                f"Radiosity needs lights that shine every way from an area, and the light {name} does not; use 'area'."
+            )
 
 
 def corners_of(shape: Any) -> Floats:
@@ -106,12 +117,18 @@ def corners_of(shape: Any) -> Floats:
     return vertices[np.array(shape.faces_buffer(), np.int64).reshape(-1, 3)]
 
 
-def cuts_of(corners: Floats, size: float | None) -> Integers:
+def cuts_of(shape: Any, corners: Floats, size: float | None) -> Integers:
     """Return into how many parts (F,) the edges of each face are cut; 0 where it has no area."""
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1).max(axis=1, initial=0)
-    flat = np.linalg.norm(across, axis=-1) > FLAT * longest**2
-    return np.where(flat, np.maximum(np.ceil(longest / (size or np.inf) - 1e-9), 1), 0).astype(np.int64)
+    twice = np.linalg.norm(across, axis=-1)
+    has_area = (twice > FLAT * longest**2) & (twice > SMALLEST)
+    n = np.where(has_area, np.maximum(np.ceil(longest / (size or np.inf) - 1e-9), 1), 0)
+    if np.sum(n**2) > MOST_PATCHES:
+        raise SceneError(
+            f"Edges of {size:g} cut {name_of(shape)} into more than {MOST_PATCHES} patches; allow longer ones."
+        )
+    return n.astype(np.int64)
 
 
 def cell_centres(cuts: int) -> Floats:
@@ -141,6 +158,8 @@ def side(shape: Any, face: Integers, places: Floats, areas: Floats, front: bool)
     interaction = shape.compute_surface_interaction(dr.zeros(mi.Ray3f, len(face)), found, mi.RayFlags.All)
     interaction.wi = mi.Vector3f(0, 0, 1 if front else -1)
     normals = np.array(interaction.n, np.float64).T * (1 if front else -1)
+    # Materials know their front from the normals for shading.
+    normals[np.array(dr.dot(interaction.n, interaction.sh_frame.n)) < 0] *= -1
     albedo = np.zeros((len(face), 3))
     if shape.bsdf() is not None and reflects(shape, front):
         albedo = albedo_of(shape.bsdf(), interaction)
@@ -148,6 +167,10 @@ def side(shape: Any, face: Integers, places: Floats, areas: Floats, front: bool)
     if shape.emitter() is not None:
         emitted = np.pi * np.array(shape.emitter().eval(interaction), np.float64).T.reshape(-1, 3)
     centres = np.array(interaction.p, np.float64).T
+    if not np.isfinite(albedo).all() or not np.isfinite(emitted).all():
+        raise SceneError(
+            f"{name_of(shape)} reflects or emits what is no finite number; mend its material or its light."
+        )
     return centres, normals, areas, np.broadcast_to(albedo, (len(face), 3)), np.broadcast_to(emitted, (len(face), 3))
 
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from tracer.radiosity.albedo import not_diffuse
 from tracer.radiosity.hemisphere import NOTHING, See
 from tracer.radiosity.patches import Patches
+from tracer.radiosity.tessellate import sagitta
 from tracer.radiosity.warp import Warp
 
 Floats = NDArray[np.float64]
@@ -27,9 +28,10 @@ MIDDLING = 0.5 / np.pi
 class FinalGather:
     """Radiance of places, from the radiosity of patches."""
 
-    def __init__(self, patches: Patches, radiosity: Floats, warp: Warp | None) -> None:
+    def __init__(self, scene: Any, patches: Patches, radiosity: Floats, warp: Warp | None) -> None:
         self.patches = patches
         self.warp = warp
+        self.reach = mi.Float(2 * sagitta(scene) + patches.points.outside)
         self.reflected = on_device((radiosity - patches.emitted) / np.pi)
         self.albedo = on_device(patches.albedo)
 
@@ -39,7 +41,7 @@ class FinalGather:
         found = first.compute_surface_interaction(ray, mi.RayFlags.All, active)
         hit = found.is_valid()
         emitted = mi.Color3f(found.emitter(scene, active).eval(found, active))
-        patch = self.patch(scene, first, ray)
+        patch = self.patch(scene, first, found, ray)
         # On the side that is seen, if that side reflects at all.
         front = found.wi.z > 0
         lit = hit & (front | mi.has_flag(found.bsdf().flags(), mi.BSDFFlags.BackSide))
@@ -48,9 +50,19 @@ class FinalGather:
         direct = self.from_lights(scene, found, patch, normal, sampler.next_2d(active), lit)
         return emitted + dr.select(lit, self.reflectance(found, patch, lit) * (gathered + direct), 0), hit & active
 
-    def patch(self, scene: Any, found: Any, ray: Any) -> Any:
-        """Return the patch (mi.UInt32) that rays hit. A scene whose spheres became meshes is asked itself."""
-        return self.patches.at(found, ray) if self.patches.scene is scene else self.patches.find(ray)
+    def patch(self, scene: Any, hit: Any, found: Any, ray: Any) -> Any:
+        """Return the patch (mi.UInt32) at places that rays hit.
+
+        Where spheres became meshes it is looked for from above the place, as far as their triangles may be from it.
+        """
+        if self.patches.scene is scene:
+            return self.patches.at(hit, ray)
+        above = mi.Vector3f(dr.select(dr.dot(found.n, ray.d) < 0, found.n, -found.n))
+        start = mi.Point3f(found.p + above * self.reach)
+        down = mi.Ray3f(start, -above)
+        down.maxt = 3 * self.reach
+        patch = self.patches.find(down)
+        return dr.select(hit.is_valid(), patch, NOTHING)
 
     def reflectance(self, found: Any, patch: Any, active: Any) -> Any:
         """Return the reflectance (mi.Color3f) at hits: of the place if diffuse, else the albedo of the patch."""
@@ -74,7 +86,7 @@ class FinalGather:
         by_light = scene.pdf_emitter_direction(found, mi.DirectionSample3f(scene, there, found), shines)
         by_ray = density * dr.dot(toward, normal) / dr.pi
         emitted = dr.select(shines, mi.Color3f(emitter.eval(there, shines)) * share(by_ray, by_light), 0)
-        return (look_up(self.reflected, self.patch(scene, second, ray)) + emitted) / density
+        return (look_up(self.reflected, self.patch(scene, second, there, ray)) + emitted) / density
 
     def from_lights(self, scene: Any, found: Any, patch: Any, normal: Any, sample: Any, active: Any) -> Any:
         """Return what one place on a light brings (mi.Color3f), over pi."""

@@ -116,7 +116,10 @@ class Groups:
         rows = self.rows[3]
         mean = mi.Vector3f(*(dr.gather(mi.Float, rows, 3 * group + k) for k in range(3)))
         across = mi.Frame3f(mean).s
-        across = dr.normalize(across - normal * dr.dot(across, normal))
+        across -= normal * dr.dot(across, normal)
+        # A normal far from those of the group may be that axis itself.
+        usual = dr.squared_norm(across) > 1e-4
+        across = dr.select(usual, dr.normalize(across), mi.Frame3f(normal).s)
         return across, dr.cross(normal, across)
 
 
@@ -145,6 +148,8 @@ def neighbours(points: Points, most: int) -> Groups:
             part = np.ones(len(some), bool)
             part[np.argpartition(places[:, axis], len(some) // 2)[: len(some) // 2]] = False
         else:
+            part = np.zeros(len(some), bool)
+        if part.all() or not part.any():
             done.append(some)
             continue
         todo += [some[part], some[~part]]

@@ -45,9 +45,9 @@ class Guidance:
     threshold: float = 0.6
     depth: int = 2
     members: int = 256
-    """Points of a group at most; groups of less than a quarter are not worth a look."""
+    """Points of a group at most; groups of less than half are not worth a look."""
     look: float = 1 / 16
-    """Share of the rays that looks."""
+    """Share of the rays that looks, in a full group; twice as much in the smallest."""
     floor: float = 0.5
     """Share of the other rays that goes as the cosine does."""
     worth: float = 1.05
@@ -74,7 +74,7 @@ def division_for(guidance: Guidance, rays: int) -> Division | None:
 
 def make_guide(see: See, groups: Groups, division: Division, guidance: Guidance, surfaces: int, seed: int) -> Guide:
     """Return the guide of groups, after a look."""
-    regions = subdivide(see, groups, division, surfaces, seed, -(-guidance.members // 4))
+    regions = subdivide(see, groups, division, surfaces, seed, -(-guidance.members // 2))
     share = shares(regions, len(groups), guidance.floor)
     kept = (gain(regions, len(groups), share) >= guidance.worth)[regions.group]
     counts = np.bincount(regions.group[kept], minlength=len(groups))

@@ -14,13 +14,14 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.errors import SceneError
 from tracer.radiosity.direct import Told, silent
 from tracer.radiosity.groups import Groups, neighbours
 from tracer.radiosity.guide import Guidance, division_for, make_guide
 from tracer.radiosity.hemisphere import MOST_RAYS, NOTHING
 from tracer.radiosity.lattice import Way, evenly
 from tracer.radiosity.patches import Patches, by_face
-from tracer.radiosity.solve import trace
+from tracer.radiosity.solve import COARSE, HOPE, refuse_too_many, trace
 from tracer.radiosity.strata import Strata
 
 Floats = NDArray[np.float64]
@@ -64,6 +65,7 @@ def shoot(
 
     ``rays``: of each patch on average, for the power that is emitted; reflected power takes more of them.
     """
+    refuse_too_many(rays, len(patches))
     groups = neighbours(patches.points, guidance.members if guidance else MOST_RAYS)
     way, looked, guided = way_for(patches, groups, rays, guidance, seed)
     around = np.zeros((len(patches), 3))
@@ -81,9 +83,14 @@ def shoot(
     sent, steps = 0, 0
     while unsent.sum() / 3 > residual * grey and steps < MOST_STEPS:
         left = float(unsent.sum() / 3 / grey)
+        if steps >= HOPE and left > COARSE and steps * np.log(residual) / np.log(min(left, 1 - 1e-9)) > MOST_STEPS:
+            raise SceneError(
+                f"Light goes to and fro for ever: {100 * left:.0f} % is left after {steps} steps. The largest albedo "
+                f"is {patches.albedo.max():.4g}; make it less than 1, or let some light out."
+            )
         told(f"step {steps}: {left:.1e} of the power left", int(100 * progress(left, residual)), 100)
         chosen = brightest(unsent.mean(axis=1))
-        counts = np.ceil(unsent[chosen].mean(axis=1) / one_ray).astype(np.int64)
+        counts = np.minimum(np.ceil(unsent[chosen].mean(axis=1) / one_ray), MOST_RAYS).astype(np.int64)
         arrived, missed = send(patches, groups, way, chosen, counts, unsent[chosen], seed + 1 + steps)
         unsent[chosen] = 0
         received += arrived

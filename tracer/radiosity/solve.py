@@ -2,9 +2,9 @@
 
 The rays of a patch are traced once; what they hit is kept. A round is then B <- E + rho / pi sum w_j B(hit j), for all
 patches at once. The sum of what a patch gathers is never more than the whole, so rounds converge as the largest albedo
-does. With guidance, a sixteenth of the rays is spread evenly for a rough solution, another looks at it, and the others
-go where it varies. Those of the rough solution are not used again: the error of a lattice falls faster than as one over
-the root of its rays, and a part of few costs more than it brings.
+does. With guidance, a sixteenth of the rays is spread evenly for a rough solution, as many (twice in small groups) look
+at it, and the others go where it varies. Those of the rough solution are not used again: the error of a lattice falls
+faster than as one over the root of its rays, and a part of few costs more than it brings.
 """
 
 from __future__ import annotations
@@ -82,11 +82,7 @@ def solve(
     ``lights``: light straight from emitters comes from as many places on these, instead of from rays that hit them.
     ``guidance``: how to guide rays; all are spread evenly without. Raises SettingsError for too many rays to keep.
     """
-    if rays * len(patches) > MOST_TRACED:
-        raise SettingsError(
-            f"{rays} rays of each of {len(patches)} patches are more than {MOST_TRACED}, which is too many to keep; "
-            "allow longer edges of patches, or fewer rays."
-        )
+    refuse_too_many(rays, len(patches))
     direct = direct_of_patches(patches, rays, seed, told) if lights else np.zeros((len(patches), 3))
     groups = neighbours(patches.points, guidance.members if guidance else MOST_RAYS)
     division = division_for(guidance, rays) if guidance else None
@@ -102,6 +98,15 @@ def solve(
     spent += looked + first.rays
     second = trace(patches, groups, max(rays - first.rays - looked, 1), Warp(guide), seed + 2, not lights, told)
     return finish(patches, second, direct, residual, lights, spent, guide.guided, told)
+
+
+def refuse_too_many(rays: int, patches: int) -> None:
+    """Raise SettingsError for more rays than there is room for."""
+    if rays * patches > MOST_TRACED:
+        raise SettingsError(
+            f"{rays} rays of each of {patches} patches are more than {MOST_TRACED}, which is too many; "
+            "allow longer edges of patches, or fewer rays."
+        )
 
 
 def trace(patches: Patches, groups: Groups, rays: int, way: Way, seed: int, surroundings: bool, told: Told) -> Traced:

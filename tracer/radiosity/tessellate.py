@@ -1,7 +1,7 @@
 """Meshes instead of spheres, disks and cylinders: patches are parts of triangles.
 
-Corners lie on the surface, so the triangles lie inside of it, and rays that leave the surface do not meet them. The
-coordinates of textures are those of the surface.
+Corners lie on the surface, so the triangles lie inside of it, by less than ``sagitta``. The coordinates of textures are
+those of the surface.
 """
 
 from __future__ import annotations
@@ -20,6 +20,8 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 LEAST, MOST = 12, 96
 """Parts around an axis."""
+RINGS = 4096
+"""Parts along it at most."""
 Surface = Callable[[Floats, Floats], tuple[Floats, Floats]]
 """From texture coordinates u and v (N,) to places (N, 3) and normals (N, 3) on the shape before it is placed."""
 
@@ -38,6 +40,7 @@ def tessellated(scene: Any, size: float) -> Any:
             f"Radiosity knows meshes, spheres, disks and cylinders; these shapes are none: {', '.join(refused)}."
         )
     parts: dict[str, Any] = {"type": "scene"}
+    names = [(each, each.id()) for each in (*shapes, *scene.emitters())]
     for number, shape in enumerate(shapes):
         parts[f"shape_{number:06}"] = shape if shape.is_mesh() else mesh_of(shape, size, f"shape_{number:06}")
     if scene.environment() is not None:
@@ -46,7 +49,27 @@ def tessellated(scene: Any, size: float) -> Any:
         # Refused later, in the words of those who look at lights.
         if not emitter.is_environment() and not mi.has_flag(emitter.flags(), mi.EmitterFlags.Surface):
             parts[f"emitter_{number:06}"] = emitter
-    return mi.load_dict(parts)
+    made = mi.load_dict(parts)
+    for each, name in names:
+        # Loading has renamed those that both scenes share.
+        each.set_id(name)
+    return made
+
+
+def sagitta(scene: Any) -> float:
+    """Return how far the triangles of a scene's round shapes are from them at most."""
+    widths = [
+        np.linalg.norm(placed(shape)[:3, 0]) for shape in scene.shapes() if shape.class_name() in ("Sphere", "Cylinder")
+    ]
+    return float(max(widths, default=0.0) * 2 * (1 - np.cos(np.pi / LEAST)))
+
+
+def placed(shape: Any) -> Floats:
+    """Return the matrix (4, 4) that puts a round shape into the world. Raises SceneError for one without extent."""
+    matrix = np.array(mi.traverse(shape)["to_world"].matrix, np.float64).reshape(4, 4)
+    if not np.isfinite(matrix).all() or abs(np.linalg.det(matrix)) < 1e-30:
+        raise SceneError(f"{name_of(shape)} has no extent; give it a radius or leave it out.")
+    return matrix
 
 
 def name_of(shape: Any) -> str:
@@ -81,13 +104,13 @@ SURFACES: dict[str, Surface] = {"Sphere": sphere, "Disk": disk, "Cylinder": cyli
 def mesh_of(shape: Any, size: float, name: str) -> Any:
     """Return a mesh of a sphere, a disk or a cylinder, with its material and light."""
     kind = shape.class_name()
-    to_world = np.array(mi.traverse(shape)["to_world"].matrix, np.float64).reshape(4, 4)
+    to_world = placed(shape)
     width, height = np.linalg.norm(to_world[:3, 0]), np.linalg.norm(to_world[:3, 2])
     around = int(np.clip(np.ceil(2 * np.pi * width / size), LEAST, MOST))
     u, v = {
         "Sphere": (around, around // 2),
-        "Disk": (max(1, int(np.ceil(width / size))), around),
-        "Cylinder": (around, max(1, int(np.ceil(height / size)))),
+        "Disk": (int(np.clip(np.ceil(width / size), 1, RINGS)), around),
+        "Cylinder": (around, int(np.clip(np.ceil(height / size), 1, RINGS))),
     }[kind]
     coordinates, faces = grid(u, v)
     places, normals = SURFACES[kind](*coordinates.T)
@@ -145,7 +168,7 @@ def mesh(shape: Any, name: str, places: Floats, normals: Floats, coordinates: Fl
 
 
 def radiance_of(shape: Any) -> list[float]:
-    """Return the mean radiance (3,) that a shape emits along its normal."""
+    """Return the mean radiance (3,) that a shape emits along its normal, by area; textures are not kept."""
     middles = (dr.arange(mi.Float, 16) + 0.5) / 16
     u, v = dr.meshgrid(middles, middles)
     interaction = dr.zeros(mi.SurfaceInteraction3f, 256)
@@ -153,4 +176,6 @@ def radiance_of(shape: Any) -> list[float]:
     interaction.wi = mi.Vector3f(0, 0, 1)
     interaction.shape = mi.ShapePtr(shape)
     found = np.array(mi.Color3f(shape.emitter().eval(interaction)), np.float64).reshape(3, -1)
-    return [float(each) for each in found.mean(axis=1)]
+    across, down = u.numpy().astype(np.float64), v.numpy().astype(np.float64)
+    area = {"Sphere": np.sin(np.pi * down), "Disk": across}.get(shape.class_name(), np.ones(256))
+    return [float(each) for each in np.average(np.broadcast_to(found, (3, 256)), axis=1, weights=area)]
