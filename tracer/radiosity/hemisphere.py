@@ -156,11 +156,14 @@ def look(
         point = groups.member(of, mix(key) ^ mix(number))
         identity, radiance = see(groups.leave(point, cosine_in_triangle(parts, which, u, v)))
         dr.eval(identity, radiance)
-        same = mi.Float(multiplicity(identity, count))
         grey = mi.luminance(radiance)
         mean = dr.block_sum(grey, count) * each
         deviation = dr.safe_sqrt(dr.block_sum(dr.square(grey), count) * each - dr.square(mean))
-        value = complexity_of(division.kind, same, identity != NOTHING, count, surfaces)
+        value = deviation
+        if division.kind != "deviation":
+            # Every ray is compared with all others of its region: dear.
+            same = mi.Float(multiplicity(identity, count))
+            value = complexity_of(division.kind, same, identity != NOTHING, count, surfaces)
         dr.eval(value, mean, deviation)
         found.append(tuple(one.numpy().astype(np.float64) for one in (value, mean, deviation)))
     if not found:
