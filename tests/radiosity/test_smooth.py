@@ -5,9 +5,9 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from tracer.radiosity.cut import cut
+from tracer.radiosity.cut import cell_corners, cut
 from tracer.radiosity.patches import cell_of
-from tracer.radiosity.smooth import Smooth, cell_corners, corner_numbers, corner_weights
+from tracer.radiosity.smooth import Smooth, corner_numbers, corner_weights
 
 T = mi.ScalarTransform4f
 LIGHT = {"type": "constant"}

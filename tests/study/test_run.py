@@ -54,12 +54,13 @@ def count_shots(monkeypatch):
 
 
 def test_every_number_is_written(scene, tmp_path, monkeypatch):
-    monkeypatch.setattr(sys, "argv", ["tracer", "study", "small.toml"])
+    # A place on one machine is written as seen from the current folder.
+    monkeypatch.setattr(sys, "argv", ["tracer", "study", "small.toml", str(Path.cwd().parent / "scenes")])
     results = run_study(plan_of(scene), tmp_path / "out")
     assert not results.failures
     assert results.finished
     record = json.loads((tmp_path / "out" / "results.json").read_text())
-    assert record["command"] == "tracer study small.toml"
+    assert record["command"] == "tracer study small.toml ../scenes"
     assert len(record["cells"]) == 3 * 2 * 2
     assert {(row["budget"], row["method"]) for row in record["rows"]} == {
         (budget, method["name"]) for budget in ("4 spp", "16 spp") for method in METHODS

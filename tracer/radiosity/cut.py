@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from functools import cache
 from typing import Any
 
 import drjit as dr
@@ -34,7 +35,7 @@ def cut(scene: Any, size: float | None = None) -> Patches:
     """Return the patches of a loaded scene whose edges are at most ``size`` long; its faces as they are without.
 
     Spheres, disks and cylinders become meshes; faces without area are no patches. Raises SceneError for what has no
-    radiosity: other shapes, no light, a light without area, an albedo of 1.
+    radiosity: other shapes, no light, a light without area, an albedo of more than 1.
     """
     check(scene)
     names = other_than_diffuse(scene)
@@ -131,15 +132,22 @@ def cuts_of(shape: Any, corners: Floats, size: float | None) -> Integers:
     return n.astype(np.int64)
 
 
-def cell_centres(cuts: int) -> Floats:
-    """Return the barycentric coordinates (n^2, 2) of the middles of the cells of a face, in their order."""
-    places = []
+@cache
+def cell_corners(cuts: int) -> Floats:
+    """Return the barycentric coordinates (n^2, 3, 2) of the corners of the cells of a face, in their order."""
+    cells = []
     for i in range(cuts):
         for j in range(cuts - i):
-            places.append(((i + 1 / 3) / cuts, (j + 1 / 3) / cuts))
+            cells.append([(i, j), (i + 1, j), (i, j + 1)])
             if i + j < cuts - 1:
-                places.append(((i + 2 / 3) / cuts, (j + 2 / 3) / cuts))
-    return np.array(places, np.float64).reshape(-1, 2)
+                cells.append([(i + 1, j + 1), (i, j + 1), (i + 1, j)])
+    return np.array(cells, np.float64).reshape(-1, 3, 2) / max(cuts, 1)
+
+
+def cell_centres(cuts: int) -> Floats:
+    """Return the barycentric coordinates (n^2, 2) of the middles of the cells of a face, in their order."""
+    middles: Floats = cell_corners(cuts).mean(axis=1)
+    return middles
 
 
 def cells_of(cuts: Integers) -> tuple[Integers, Floats]:

@@ -11,14 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.draw import divide
-from tracer.hashing import GOLDEN_RATIO, mix
-from tracer.radiosity.hemisphere import MOST_RAYS, NOTHING
+from tracer.radiosity.hemisphere import MOST_RAYS
+from tracer.radiosity.lattice import lattice
 from tracer.radiosity.patches import Patches
-from tracer.viewpoint.item_buffer import gather_rows, to_unit
 
 Floats = NDArray[np.float64]
-
-
 Told = Callable[[str, int, int], None]
 """Called with what is under way, how much of it is done, and how much there is. May raise to stop."""
 
@@ -44,15 +41,15 @@ def direct_of_patches(patches: Patches, rays: int, seed: int = 0, told: Told = s
     for first in range(0, len(patches), most):
         count = min(most, len(patches) - first)
         told("lights", first, len(patches))
-        lane, number = divide(dr.arange(mi.UInt32, count * rays), rays)
-        patch = lane + dr.opaque(mi.UInt32, first)
-        key = mix(patch ^ mix(dr.opaque(mi.UInt32, (seed + 0x5BD1E995) & NOTHING)))
-        u = (mi.Float(number) + to_unit(key)) * dr.opaque(mi.Float, 1 / rays)
-        v = to_unit(number * GOLDEN_RATIO + mix(key))
+        patch, number = divide(dr.arange(mi.UInt32, count * rays), rays)
+        patch += dr.opaque(mi.UInt32, first)
+        _, u, v = lattice(patch, number, dr.opaque(mi.UInt32, rays), seed + 0x4088615C)
         interaction = dr.zeros(mi.Interaction3f, count * rays)
-        normal = mi.Normal3f(gather_rows(patches.normals, patch))
-        interaction.p = mi.Point3f(gather_rows(patches.centres, patch))
-        interaction.n = normal
+        place, normal = (
+            mi.Vector3f(*(dr.gather(mi.Float, rows, 3 * patch + k) for k in range(3))) for rows in patches.points.rows
+        )
+        interaction.p = mi.Point3f(place)
+        interaction.n = mi.Normal3f(normal)
         light = direct_light(patches.scene, interaction, normal, mi.Point2f(u, v), True)
         sums = [dr.block_sum(channel, rays) / rays for channel in light]
         dr.eval(sums)

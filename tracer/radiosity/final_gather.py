@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from tracer.radiosity.albedo import not_diffuse
 from tracer.radiosity.hemisphere import NOTHING, See
-from tracer.radiosity.patches import Patches
+from tracer.radiosity.patches import Patches, look_up, on_device
 from tracer.radiosity.tessellate import sagitta
 from tracer.radiosity.warp import Warp
 
@@ -124,13 +124,3 @@ def carried(patches: Patches, radiosity: Floats) -> See:
 def share(own: Any, other: Any) -> Any:
     """Return the balance heuristic of two densities."""
     return own / dr.maximum(own + other, 1e-20)
-
-
-def on_device(rows: Floats) -> list[Any]:
-    """Return the channels of rows (P, 3), each an mi.Float."""
-    return [mi.Float(channel.astype(np.float32)) for channel in rows.T]
-
-
-def look_up(channels: list[Any], patch: Any) -> Any:
-    """Return the rows (mi.Color3f) of patches; 0 where there is none."""
-    return mi.Color3f(*(dr.gather(mi.Float, channel, patch, patch != NOTHING) for channel in channels))

@@ -20,6 +20,7 @@ from tracer.draw import divide
 from tracer.hashing import GOLDEN_RATIO, mix
 from tracer.pilot import multiplicity
 from tracer.radiosity.groups import Groups
+from tracer.radiosity.lattice import spread
 from tracer.radiosity.projected import cosine_in_triangle, table_of
 from tracer.radiosity.pyramid import Pyramid, pyramid
 from tracer.viewpoint.item_buffer import to_unit
@@ -151,7 +152,7 @@ def look(
         )
         each = dr.opaque(mi.Float, 1 / count)
         key = mix(region ^ mix(dr.opaque(mi.UInt32, (seed + first + 0x68E31DA4) & NOTHING)))
-        u = dr.minimum((mi.Float(number) + to_unit(key)) * each, 1 - dr.epsilon(mi.Float))
+        u = spread(number, dr.opaque(mi.UInt32, count), key)
         v = to_unit(number * GOLDEN_RATIO + mix(key))
         point = groups.member(of, mix(key) ^ mix(number))
         identity, radiance = see(groups.leave(point, cosine_in_triangle(parts, which, u, v)))

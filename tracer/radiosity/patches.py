@@ -33,11 +33,11 @@ class Patches:
     areas: Floats
     """(P,)."""
     albedo: Floats
-    """(P, 3): diffuse reflectance, at the centre."""
+    """(P, 3): share of even light that is reflected, at the centre."""
     emitted: Floats
     """(P, 3): power per area that the patch emits."""
     not_diffuse: list[str]
-    """Shapes whose material is not diffuse, and is treated as if its diffuse part were all of it."""
+    """Shapes whose material is not diffuse, and is treated as if it were and reflected as much."""
     first_face: Any
     """mi.UInt32 by Mitsuba's number of a shape."""
     first_cell: Any
@@ -74,33 +74,30 @@ class Patches:
     def at(self, found: Any, ray: Any) -> Any:
         """Return the patch (mi.UInt32) of each hit (mi.PreliminaryIntersection3f) of a ray."""
         hit = found.is_valid()
-        shape = dr.reinterpret_array(mi.UInt32, found.shape)
-        face = dr.gather(mi.UInt32, self.first_face, shape, hit) + found.prim_index
-        cell = dr.gather(mi.UInt32, self.first_cell, face, hit) + cell_of(found.prim_uv, self.cuts_at(found))
+        cuts = dr.gather(mi.UInt32, self.cuts, self.face_at(found), hit)
+        cell = dr.gather(mi.UInt32, self.first_cell, self.face_at(found), hit) + cell_of(found.prim_uv, cuts)
         normal = mi.Vector3f(*(dr.gather(mi.Float, self.front_normals, 3 * cell + k, hit) for k in range(3)))
         side = dr.select(dr.dot(normal, ray.d) < 0, cell, dr.gather(mi.UInt32, self.back, cell, hit))
         return dr.select(hit, side, NOTHING)
 
-    def cuts_at(self, found: Any) -> Any:
-        """Return into how many parts (mi.UInt32) the edges of the face of each hit are cut."""
-        hit = found.is_valid()
-        face = dr.gather(mi.UInt32, self.first_face, dr.reinterpret_array(mi.UInt32, found.shape), hit)
-        return dr.gather(mi.UInt32, self.cuts, face + found.prim_index, hit)
+    def face_at(self, found: Any) -> Any:
+        """Return the face (mi.UInt32) of each hit."""
+        shape = dr.reinterpret_array(mi.UInt32, found.shape)
+        return dr.gather(mi.UInt32, self.first_face, shape, found.is_valid()) + found.prim_index
 
     def see(self, radiosity: Floats, surroundings: bool = True) -> See:
         """Return what rays see of a solution (P, 3): the patch, and its radiance; the surroundings where they miss.
 
         ``surroundings``: whether they shine.
         """
-        table = [mi.Float((channel / np.pi).astype(np.float32)) for channel in radiosity.T]
+        table = on_device(radiosity / np.pi)
         around = self.scene.environment() if surroundings else None
 
         def seen(ray: Any) -> tuple[Any, Any]:
             patch = self.find(ray)
-            hit = patch != NOTHING
-            radiance = mi.Color3f(*(dr.gather(mi.Float, channel, patch, hit) for channel in table))
+            radiance = look_up(table, patch)
             if around is not None:
-                missed = ~hit & ~self.scene.ray_test(ray)
+                missed = (patch == NOTHING) & ~self.scene.ray_test(ray)
                 interaction = dr.zeros(mi.SurfaceInteraction3f, dr.width(ray))
                 interaction.wi = -ray.d
                 radiance = dr.select(missed, mi.Color3f(around.eval(interaction, missed)), radiance)
@@ -120,15 +117,30 @@ def by_face(patches: Patches, see: See) -> See:
     return seen
 
 
+def in_cell(place: Any, cuts: Any) -> tuple[Any, Any, Any, Any, Any]:
+    """Return row and column (mi.UInt32) of a cell, the place in it (two mi.Float), and whether it stands on its tip."""
+    n, last = mi.Float(cuts), dr.maximum(cuts, 1) - 1
+    u, v = dr.clip(place.x, 0, 1) * n, dr.clip(place.y, 0, 1) * n
+    i = dr.minimum(mi.UInt32(u), last)
+    j = dr.minimum(mi.UInt32(v), last - i)
+    u, v = u - mi.Float(i), v - mi.Float(j)
+    return i, j, u, v, (u + v > 1) & (i + j < last)
+
+
+def on_device(rows: Floats) -> list[Any]:
+    """Return the channels of rows (P, 3), each an mi.Float."""
+    return [mi.Float(channel.astype(np.float32)) for channel in rows.T]
+
+
+def look_up(channels: list[Any], number: Any) -> Any:
+    """Return the rows (mi.Color3f) that ``number`` (mi.UInt32) names; 0 for NOTHING."""
+    return mi.Color3f(*(dr.gather(mi.Float, channel, number, number != NOTHING) for channel in channels))
+
+
 def cell_of(place: Any, cuts: Any) -> Any:
     """Return the cell (mi.UInt32) of barycentric places (mi.Point2f) on faces that are cut n = ``cuts`` times.
 
     Row i, of n, has 2 (n - i) - 1 cells, which stand on their base and on their tip in turn.
     """
-    n = mi.Float(cuts)
-    last = dr.maximum(cuts, 1) - 1
-    u, v = dr.clip(place.x, 0, 1) * n, dr.clip(place.y, 0, 1) * n
-    i = dr.minimum(mi.UInt32(u), last)
-    j = dr.minimum(mi.UInt32(v), last - i)
-    upper = (u - mi.Float(i) + v - mi.Float(j) > 1) & (i + j < last)
+    i, j, _, _, upper = in_cell(place, cuts)
     return i * (2 * cuts - i) + 2 * j + dr.select(upper, mi.UInt32(1), mi.UInt32(0))

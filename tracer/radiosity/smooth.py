@@ -6,7 +6,6 @@ same: those of the face, or of its vertices if the shape has any, and then it is
 
 from __future__ import annotations
 
-from functools import cache
 from typing import Any
 
 import drjit as dr
@@ -14,9 +13,9 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.radiosity.cut import cells_of, corners_of
+from tracer.radiosity.cut import cell_corners, cells_of, corners_of
 from tracer.radiosity.hemisphere import NOTHING
-from tracer.radiosity.patches import Patches
+from tracer.radiosity.patches import Patches, in_cell, look_up, on_device
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -34,46 +33,26 @@ class Smooth:
         area = np.bincount(corner.ravel(), weights, count)
         self.patches = patches
         self.corner = mi.UInt32(corner.ravel().astype(np.uint32))
-        self.values = [
-            mi.Float((np.bincount(corner.ravel(), weights * np.repeat(channel, 3), count) / area).astype(np.float32))
-            for channel in radiosity.T
-        ]
+        sums = [np.bincount(corner.ravel(), weights * np.repeat(channel, 3), count) for channel in radiosity.T]
+        self.values = on_device(np.stack(sums, axis=-1) / (np.pi * area[:, None]))
 
     def at(self, found: Any, ray: Any) -> Any:
         """Return the radiance (mi.Color3f) of each hit (mi.PreliminaryIntersection3f) of a ray; 0 where none is."""
         patch = self.patches.at(found, ray)
         hit = patch != NOTHING
-        cuts = self.patches.cuts_at(found)
+        cuts = dr.gather(mi.UInt32, self.patches.cuts, self.patches.face_at(found), hit)
         weights = corner_weights(found.prim_uv, cuts)
         radiance = mi.Color3f(0)
         for k, weight in enumerate(weights):
             corner = dr.gather(mi.UInt32, self.corner, 3 * patch + k, hit)
-            radiance += weight * mi.Color3f(*(dr.gather(mi.Float, channel, corner, hit) for channel in self.values))
-        return radiance / dr.pi
+            radiance += weight * look_up(self.values, dr.select(hit, corner, NOTHING))
+        return radiance
 
 
 def corner_weights(place: Any, cuts: Any) -> tuple[Any, Any, Any]:
     """Return what each corner of the cell weighs at barycentric places (mi.Point2f) on faces that are cut."""
-    n = mi.Float(dr.maximum(cuts, 1))
-    last = dr.maximum(cuts, 1) - 1
-    u, v = dr.clip(place.x, 0, 1) * n, dr.clip(place.y, 0, 1) * n
-    i = dr.minimum(mi.UInt32(u), last)
-    j = dr.minimum(mi.UInt32(v), last - i)
-    u, v = u - mi.Float(i), v - mi.Float(j)
-    upper = (u + v > 1) & (i + j < last)
+    _, _, u, v, upper = in_cell(place, cuts)
     return dr.select(upper, u + v - 1, 1 - u - v), dr.select(upper, 1 - u, u), dr.select(upper, 1 - v, v)
-
-
-@cache
-def cell_corners(cuts: int) -> Floats:
-    """Return the barycentric coordinates (n^2, 3, 2) of the corners of the cells of a face, in their order."""
-    cells = []
-    for i in range(cuts):
-        for j in range(cuts - i):
-            cells.append([(i, j), (i + 1, j), (i, j + 1)])
-            if i + j < cuts - 1:
-                cells.append([(i + 1, j + 1), (i, j + 1), (i + 1, j)])
-    return np.array(cells, np.float64).reshape(-1, 3, 2) / max(cuts, 1)
 
 
 def corner_numbers(patches: Patches) -> Integers:

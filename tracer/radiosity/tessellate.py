@@ -45,10 +45,6 @@ def tessellated(scene: Any, size: float) -> Any:
         parts[f"shape_{number:06}"] = shape if shape.is_mesh() else mesh_of(shape, size, f"shape_{number:06}")
     if scene.environment() is not None:
         parts["surroundings"] = scene.environment()
-    for number, emitter in enumerate(scene.emitters()):
-        # Refused later, in the words of those who look at lights.
-        if not emitter.is_environment() and not mi.has_flag(emitter.flags(), mi.EmitterFlags.Surface):
-            parts[f"emitter_{number:06}"] = emitter
     made = mi.load_dict(parts)
     for each, name in names:
         # Loading has renamed those that both scenes share.

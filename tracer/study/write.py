@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import os
 import sys
 from dataclasses import asdict
 from pathlib import Path
@@ -35,7 +36,9 @@ def write_results(output: Path, results: Results) -> None:
 
 def conditions(results: Results) -> dict[str, Any]:
     """Return command, versions and the machines that the times are of."""
-    command = " ".join(["tracer", *sys.argv[1:]])
+    # Where a folder lies on one machine is of no use on another.
+    words = [os.path.relpath(word) if os.path.isabs(word) else word for word in sys.argv[1:]]
+    command = " ".join(["tracer", *words])
     return {
         "schema": SCHEMA,
         "version": version(),
