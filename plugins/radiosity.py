@@ -109,7 +109,8 @@ class RadiosityIntegrator(mi.SamplingIntegrator):
                 told("looks", 0, 1)
                 groups = neighbours(patches.points, guidance.members)
                 see = by_face(patches, carried(patches, radiosity))
-                warp = Warp(make_guide(see, groups, DIVISION, guidance, patches.faces, self.seed))
+                guide = make_guide(see, groups, DIVISION, guidance, patches.faces, self.seed)
+                warp = Warp(guide) if len(guide.share) else None
             self.final = FinalGather(scene, patches, radiosity, warp)
         self.see = patches.see(radiosity)
         self.smooth = Smooth(patches, radiosity) if self.show == "smooth" else None

@@ -6,6 +6,7 @@ w_j = pi / (N q_j), and E = sum_j w_j L_j; in strata, for Omega'_T / n_T. Its ex
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import drjit as dr
@@ -19,6 +20,8 @@ from tracer.radiosity.hemisphere import MOST_RAYS, See
 from tracer.radiosity.lattice import Way, evenly
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Chosen = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -31,26 +34,39 @@ class Gathered:
     """Traced."""
 
 
-def gather(see: See, groups: Groups, rays: int, way: Way = evenly, seed: int = 0) -> Gathered:
-    """Return irradiance from ``rays`` rays a point."""
-    count = len(groups.points)
-    total = np.zeros((count, 3))
-    most = max(1, MOST_RAYS // rays)
-    for first in range(0, count, most):
-        some = min(most, count - first)
-        ray, weight = hemisphere_rays(groups, first, some, rays, way, seed)
+def gather(
+    see: See, groups: Groups, rays: int, way: Way = evenly, seed: int = 0, guided: Chosen | None = None
+) -> Gathered:
+    """Return irradiance from ``rays`` rays a point.
+
+    ``guided`` (P,): points whose rays go ``way``, those of the others evenly. All do without.
+    """
+    total = np.zeros((len(groups.points), 3))
+    for points, how in passes(len(total), rays, way, guided):
+        ray, weight = hemisphere_rays(groups, points, rays, how, seed)
         _, radiance = see(ray)
         sums = [dr.block_sum(channel * weight, rays) for channel in radiance]
         dr.eval(sums)
-        total[first : first + some] = np.stack([one.numpy() for one in sums], axis=-1)
-    return Gathered(total, rays * count)
+        total[points] = np.stack([one.numpy() for one in sums], axis=-1)
+    return Gathered(total, rays * len(total))
 
 
-def hemisphere_rays(
-    groups: Groups, first: int, count: int, rays: int, way: Way, seed: int
-) -> tuple[mi.Ray3f, mi.Float]:
-    """Return ``rays`` rays of each of ``count`` points from ``first`` on, and what each stands for of pi."""
-    point, number = divide(dr.arange(mi.UInt32, count * rays), rays)
-    point += dr.opaque(mi.UInt32, first)
+def passes(count: int, rays: int, way: Way, guided: Chosen | None = None) -> Iterator[tuple[Integers, Way]]:
+    """Yield points that gather at once, by number, and how their rays go.
+
+    A pass in which all rays go evenly does not pay for the guidance of others.
+    """
+    everyone = np.arange(count)
+    parts = [(everyone, way)] if guided is None else [(everyone[guided], way), (everyone[~guided], evenly)]
+    most = max(1, MOST_RAYS // rays)
+    for points, how in parts:
+        for first in range(0, len(points), most):
+            yield points[first : first + most], how
+
+
+def hemisphere_rays(groups: Groups, points: Integers, rays: int, way: Way, seed: int) -> tuple[mi.Ray3f, mi.Float]:
+    """Return ``rays`` rays of each of some points, by number, and what each stands for of pi."""
+    lane, number = divide(dr.arange(mi.UInt32, len(points) * rays), rays)
+    point = dr.gather(mi.UInt32, mi.UInt32(points.astype(np.uint32)), lane)
     local, weight = way(point, number, dr.opaque(mi.UInt32, rays), seed)
     return groups.leave(point, local), weight

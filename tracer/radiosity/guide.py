@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.radiosity.groups import Groups
-from tracer.radiosity.hemisphere import Division, Kind, Regions, See, subdivide
+from tracer.radiosity.hemisphere import HALVES, WHOLE, Division, Kind, Regions, See, subdivide
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -31,10 +31,10 @@ class Guide:
     """(R,): of the rays of its group that each triangle deserves."""
 
     @property
-    def guided(self) -> float:
-        """Share of the points that are in a group with triangles."""
-        sizes = np.diff(self.groups.first)
-        return float(sizes[np.diff(self.first) > 0].sum() / max(sizes.sum(), 1))
+    def guided(self) -> NDArray[np.bool_]:
+        """Whether each point (P,) is in a group with triangles."""
+        found: NDArray[np.bool_] = (np.diff(self.first) > 0)[self.groups.group_of]
+        return found
 
 
 @dataclass(frozen=True)
@@ -50,12 +50,16 @@ class Guidance:
     """Share of the rays that looks, in a full group; twice as much in the smallest."""
     floor: float = 0.5
     """Share of the other rays that goes as the cosine does."""
-    worth: float = 1.05
-    """A group whose expected gain is less is not guided."""
+    worth: float = 1.15
+    """A group whose expected gain is less is not guided, nor looked at further."""
+    overall: float = 1.25
+    """If a sample of groups expects less for all points, none is guided: what a look and a guide cost in time."""
 
 
 FEWEST, MANY = 64, 1024
 """Rays that look through a triangle."""
+SAMPLE = 8
+"""Groups that look first, at least; fewer than twice as many."""
 
 
 def division_for(guidance: Guidance, rays: int) -> Division | None:
@@ -73,29 +77,56 @@ def division_for(guidance: Guidance, rays: int) -> Division | None:
 
 
 def make_guide(see: See, groups: Groups, division: Division, guidance: Guidance, surfaces: int, seed: int) -> Guide:
-    """Return the guide of groups, after a look."""
-    regions = subdivide(see, groups, division, surfaces, seed, -(-guidance.members // 2))
-    share = shares(regions, len(groups), guidance.floor)
-    kept = (gain(regions, len(groups), share) >= guidance.worth)[regions.group]
-    counts = np.bincount(regions.group[kept], minlength=len(groups))
-    return Guide(groups, regions.where(kept), np.concatenate([[0], np.cumsum(counts)]), share[kept])
+    """Return the guide of groups, after a look: a sample of them looks first."""
+    count, sizes = len(groups), np.diff(groups.first)
+
+    def worth(regions: Regions) -> NDArray[np.bool_]:
+        return gain(regions, count, guidance.floor) >= guidance.worth
+
+    large = np.flatnonzero(2 * sizes >= guidance.members)
+    sampled = np.arange(len(large)) % max(len(large) // SAMPLE, 1) == 0
+    regions = subdivide(see, groups, division, surfaces, seed, large[sampled], worth)
+    even, guided = variances(regions, count, guidance.floor)
+    guided = np.where(worth(regions), guided, even)
+    kept = np.zeros(count, bool)
+    if np.sum(sizes * even) >= guidance.overall * np.sum(sizes * guided):
+        others = subdivide(see, groups, division, surfaces, seed + 1, large[~sampled], worth)
+        regions = regions.together(others)
+        kept = worth(regions)
+    some = kept[regions.group]
+    counts = np.bincount(regions.group[some], minlength=count)
+    share = shares(regions, count, guidance.floor)[some]
+    return Guide(groups, regions.where(some), np.concatenate([[0], np.cumsum(counts)]), share)
 
 
-def shares(regions: Regions, groups: int, floor: float) -> Floats:
-    """Return the share (R,) of a group's rays that each triangle deserves; they add up to 1 in each group."""
+def shares(regions: Regions, groups: int, floor: float, seen: int = WHOLE) -> Floats:
+    """Return the share (R,) of a group's rays that each triangle deserves; they add up to 1 in each group.
+
+    ``seen``: by which of the rays that looked.
+    """
     even = regions.pyramid.projected[regions.triangle] / np.pi
-    complexity = even * np.maximum(regions.complexity, 0)
+    complexity = even * np.maximum(regions.complexity[:, seen], 0)
     of_group = np.bincount(regions.group, complexity, groups)[regions.group]
     return floor * even + (1 - floor) * np.divide(complexity, of_group, out=even.copy(), where=of_group > 0)
 
 
-def gain(regions: Regions, groups: int, share: Floats) -> Floats:
-    """Return the variance (G,) that even rays are expected to have, divided by that of guided ones.
+def gain(regions: Regions, groups: int, floor: float) -> Floats:
+    """Return the variance (G,) that even rays are expected to have over that of guided ones; 1 if none is seen."""
+    even, guided = variances(regions, groups, floor)
+    return np.divide(even, guided, out=np.ones(groups), where=guided > 0)
 
-    Both are sum_T (Omega'_T sigma_T)^2 / n_T. It is 1 where nothing was seen to vary.
+
+def variances(regions: Regions, groups: int, floor: float) -> tuple[Floats, Floats]:
+    """Return the variance (G,) that even rays of a group are expected to have, and guided ones, in the same unit.
+
+    The lattice of a triangle errs where edges cross its cells: sum_T Omega'_T sigma_T^2 / density_T^1.5. Shares by one
+    half of the rays that looked are judged by the other, or a few lights hit by chance would seem worth a guide.
     """
     projected = regions.pyramid.projected[regions.triangle]
-    variance = np.square(projected * regions.deviation)
-    even = np.bincount(regions.group, variance * np.pi / projected, groups)
-    guided = np.bincount(regions.group, variance / share, groups)
-    return np.divide(even, guided, out=np.ones(groups), where=guided > 0)
+    even, guided = np.zeros(groups), np.zeros(groups)
+    for own, other in (HALVES, HALVES[::-1]):
+        density = shares(regions, groups, floor, own) * np.pi / projected
+        variance = projected * np.square(regions.deviation[:, other])
+        even += np.bincount(regions.group, variance, groups)
+        guided += np.bincount(regions.group, variance / density**1.5, groups)
+    return even, guided

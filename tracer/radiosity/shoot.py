@@ -70,7 +70,7 @@ def shoot(
     way, looked, guided = way_for(patches, groups, rays, guidance, seed)
     around = np.zeros((len(patches), 3))
     if patches.scene.environment() is not None:
-        around = trace(patches, groups, rays, evenly, seed, True, told).around
+        around = trace(patches, groups, rays, seed, True, told).around
         looked += rays * len(patches)
     areas = patches.areas[:, None]
     received = areas * around
@@ -115,8 +115,8 @@ def way_for(
         return evenly, 0, 0.0
     see = by_face(patches, patches.see(np.zeros((len(patches), 3)), surroundings=False))
     # Without light there is no telling what is worth it.
-    guide = make_guide(see, groups, division, replace(guidance, worth=0.0), patches.faces, seed)
-    return Strata(guide), guide.regions.rays, guide.guided
+    guide = make_guide(see, groups, division, replace(guidance, worth=0.0, overall=0.0), patches.faces, seed)
+    return Strata(guide), guide.regions.rays, float(guide.guided.mean())
 
 
 def progress(left: float, residual: float) -> float:

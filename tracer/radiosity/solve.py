@@ -18,15 +18,16 @@ from numpy.typing import NDArray
 
 from tracer.errors import SceneError, SettingsError
 from tracer.radiosity.direct import Told, direct_of_patches, silent
-from tracer.radiosity.gather import hemisphere_rays
+from tracer.radiosity.gather import hemisphere_rays, passes
 from tracer.radiosity.groups import Groups, neighbours
-from tracer.radiosity.guide import Guidance, division_for, make_guide
+from tracer.radiosity.guide import Guidance, Guide, division_for, make_guide
 from tracer.radiosity.hemisphere import MOST_RAYS, NOTHING
-from tracer.radiosity.lattice import Way, evenly
+from tracer.radiosity.lattice import evenly
 from tracer.radiosity.patches import Patches, by_face
-from tracer.radiosity.warp import Warp
+from tracer.radiosity.warp import warped
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 MOST_ROUNDS = 1000
 HOPE = 50
 """Rounds before it is asked whether they will ever end."""
@@ -61,6 +62,8 @@ class Traced:
 
     rays: int
     """Of each patch."""
+    order: Integers
+    """(P,): patches, pass after pass."""
     hits: list[mi.UInt32]
     weights: list[mi.Float]
     """What each ray stands for, of 1 in all."""
@@ -88,16 +91,16 @@ def solve(
     division = division_for(guidance, rays) if guidance else None
     spent = rays if lights else 0
     if guidance is None or division is None:
-        traced = trace(patches, groups, rays, evenly, seed, not lights, told)
+        traced = trace(patches, groups, rays, seed, not lights, told)
         return finish(patches, traced, direct, residual, lights, spent, 0.0, told)
-    first = trace(patches, groups, max(rays // FIRST, 1), evenly, seed, not lights, told)
+    first = trace(patches, groups, max(rays // FIRST, 1), seed, not lights, told)
     known = finish(patches, first, direct, max(residual, COARSE), lights, 0, 0.0, told)
     see = patches.see(known.radiosity - patches.emitted if lights else known.radiosity, surroundings=not lights)
     guide = make_guide(by_face(patches, see), groups, division, guidance, patches.faces, seed + 1)
     looked = -(-guide.regions.rays // len(patches))
     spent += looked + first.rays
-    second = trace(patches, groups, max(rays - first.rays - looked, 1), Warp(guide), seed + 2, not lights, told)
-    return finish(patches, second, direct, residual, lights, spent, guide.guided, told)
+    second = trace(patches, groups, max(rays - first.rays - looked, 1), seed + 2, not lights, told, guide)
+    return finish(patches, second, direct, residual, lights, spent, float(guide.guided.mean()), told)
 
 
 def refuse_too_many(rays: int, patches: int) -> None:
@@ -109,22 +112,27 @@ def refuse_too_many(rays: int, patches: int) -> None:
         )
 
 
-def trace(patches: Patches, groups: Groups, rays: int, way: Way, seed: int, surroundings: bool, told: Told) -> Traced:
-    """Trace ``rays`` rays of every patch."""
-    hits, weights, around = [], [], []
+def trace(
+    patches: Patches, groups: Groups, rays: int, seed: int, surroundings: bool, told: Told, guide: Guide | None = None
+) -> Traced:
+    """Trace ``rays`` rays of every patch, evenly or where a guide says."""
+    order, hits, weights, around = [], [], [], np.zeros((len(patches), 3))
     dark = patches.see(np.zeros((len(patches), 3)), surroundings)
-    most = max(1, MOST_RAYS // rays)
-    for first in range(0, len(patches), most):
-        told("rays", first, len(patches))
-        ray, weight = hemisphere_rays(groups, first, min(most, len(patches) - first), rays, way, seed)
+    way, guided = (warped(guide), guide.guided) if guide else (evenly, None)
+    done = 0
+    for some, how in passes(len(patches), rays, way, guided):
+        told("rays", done, len(patches))
+        ray, weight = hemisphere_rays(groups, some, rays, how, seed)
         patch, radiance = dark(ray)
         sums = [dr.block_sum(channel * weight, rays) for channel in radiance]
         weight /= dr.pi
         dr.eval(patch, weight, sums)
+        order.append(some)
         hits.append(patch)
         weights.append(weight)
-        around.append(np.stack([one.numpy() for one in sums], axis=-1))
-    return Traced(rays, hits, weights, np.concatenate(around).astype(np.float64))
+        around[some] = np.stack([one.numpy() for one in sums], axis=-1)
+        done += len(some)
+    return Traced(rays, np.concatenate(order), hits, weights, around)
 
 
 def finish(
@@ -165,12 +173,12 @@ def rounds_left(change: float, ratio: float, residual: float) -> float:
 
 def gathered(traced: Traced, radiosity: Floats) -> Floats:
     """Return the mean radiosity (P, 3) of what the rays of each patch hit, each by what it stands for."""
-    channels = []
-    for values in radiosity.T:
+    found = np.zeros_like(radiosity)
+    for channel, values in enumerate(radiosity.T):
         table = mi.Float(values.astype(np.float32))
         sums = [
             dr.block_sum(dr.gather(mi.Float, table, hit, hit != NOTHING) * weight, traced.rays).numpy()
             for hit, weight in zip(traced.hits, traced.weights, strict=True)
         ]
-        channels.append(np.concatenate(sums).astype(np.float64))
-    return np.stack(channels, axis=-1)
+        found[traced.order, channel] = np.concatenate(sums)
+    return found

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.radiosity.guide import Guide
-from tracer.radiosity.lattice import lattice
+from tracer.radiosity.lattice import Way, evenly, lattice
 from tracer.radiosity.pyramid import pyramid
 from tracer.viewpoint.sphere import normalised
 
@@ -32,17 +32,16 @@ class Warp:
 
     def __init__(self, guide: Guide) -> None:
         depth = guide.regions.pyramid.depth
-        self.cells = 4 << depth
-        density = densities(guide)[:, behind(depth, self.cells)].mean(axis=(2, 4))
-        density /= density.mean(axis=(1, 2), keepdims=True)
-        rows = np.cumsum(density.mean(axis=2), axis=1) / self.cells
-        columns = np.cumsum(density, axis=2) / density.sum(axis=2, keepdims=True)
-        rows[:, -1], columns[:, :, -1] = 1, 1
+        self.strips = 4 << depth
+        density = densities(guide)[:, behind(depth, self.strips)].mean(axis=(2, 4))
+        rows, columns = knots(density)
         self.groups = guide.groups
         # Everything is on the device before a pass is recorded.
         dr.eval(self.groups.rows)
-        self.density, self.rows, self.columns = (
-            mi.Float(each.astype(np.float32).ravel()) for each in (density, rows, columns)
+        # Widths are not left to differences of single precision.
+        self.rows, self.columns = (
+            mi.Float(np.stack([each[..., :-1], np.diff(each)], axis=-1).astype(np.float32).ravel())
+            for each in (rows, columns)
         )
 
     def __call__(self, point: Any, number: Any, rays: Any, seed: int) -> tuple[Any, Any]:
@@ -53,28 +52,71 @@ class Warp:
 
     def warp(self, group: Any, u: Any, v: Any) -> tuple[Any, Any]:
         """Return where places in the unit square go (mi.Point2f) for a group, and the density there (mi.Float)."""
-        row, u = self.find(self.rows, group * self.cells, u)
-        first = (group * self.cells + row) * self.cells
-        column, v = self.find(self.columns, first, v)
-        density = dr.gather(mi.Float, self.density, first + column)
-        return mi.Point2f((mi.Float(row) + u) / self.cells, (mi.Float(column) + v) / self.cells), density
+        row, x, across = self.stretch(self.rows, group * self.strips, u)
+        _, y, along = self.stretch(self.columns, (group * self.strips + row) * self.strips, v)
+        return mi.Point2f(x, y), 1 / (across * along)
+
+    def stretch(self, table: Any, first: Any, value: Any) -> tuple[Any, Any, Any]:
+        """Return the strip that a value in [0, 1) lies in, where it goes, and by how much it is stretched there."""
+        value = value * self.strips
+        strip = dr.minimum(mi.UInt32(value), self.strips - 1)
+        begin, width = dr.gather(mi.Array2f, table, first + strip)
+        place = dr.fma(width, value - mi.Float(strip), begin)
+        return strip, dr.minimum(place, 1 - dr.epsilon(mi.Float)), width * self.strips
 
     def density_of(self, group: Any, local: Any) -> Any:
         """Return the density (mi.Float) of directions (mi.Vector3f), z the normal, over that of the cosine."""
         place = mi.warp.cosine_hemisphere_to_square(local)
-        row, column = (dr.clip(mi.Int32(each * self.cells), 0, self.cells - 1) for each in (place.x, place.y))
-        return dr.gather(mi.Float, self.density, (group * self.cells + mi.UInt32(row)) * self.cells + mi.UInt32(column))
+        row, across = self.find(self.rows, group * self.strips, place.x)
+        _, along = self.find(self.columns, (group * self.strips + row) * self.strips, place.y)
+        return 1 / (across * along)
 
-    def find(self, sums: Any, first: Any, value: Any) -> tuple[Any, Any]:
-        """Return which of the cells that begin at ``first`` a value in [0, 1) falls into, and where in it."""
-        cell = dr.zeros(mi.UInt32, dr.width(value))
-        step = self.cells >> 1
+    def find(self, table: Any, first: Any, place: Any) -> tuple[Any, Any]:
+        """Return the strip that goes to a place in [0, 1), and by how much it is stretched."""
+        strip = dr.zeros(mi.UInt32, dr.width(place))
+        step = self.strips >> 1
         while step:
-            cell = dr.select(dr.gather(mi.Float, sums, first + cell + (step - 1)) <= value, cell + step, cell)
+            strip = dr.select(dr.gather(mi.Float, table, 2 * (first + strip + step)) <= place, strip + step, strip)
             step >>= 1
-        begin = dr.gather(mi.Float, sums, first + cell - 1, cell > 0)
-        end = dr.gather(mi.Float, sums, first + cell)
-        return cell, dr.clip((value - begin) / dr.maximum(end - begin, 1e-12), 0, 1 - dr.epsilon(mi.Float))
+        return strip, dr.gather(mi.Array2f, table, first + strip).y * self.strips
+
+
+def warped(guide: Guide) -> Way:
+    """Return directions as a guide says, evenly spread ones if it says nothing."""
+    return Warp(guide) if len(guide.share) else evenly
+
+
+def knots(density: Floats) -> tuple[Floats, Floats]:
+    """Return where the edges of equal strips of the unit square go: of rows (G, B + 1), and in each (G, B, B + 1).
+
+    ``density`` (G, B, B) is that of cells of the square.
+    """
+    groups, cells, _ = density.shape
+    rows = inverse(density.sum(axis=2))
+    sums = np.concatenate([np.zeros((groups, 1, cells)), np.cumsum(density, axis=1)], axis=1)
+    place = rows * cells
+    cell = np.minimum(place.astype(np.int64), cells - 1)
+    part = (place - cell)[..., None]
+    before, after = (np.take_along_axis(sums, each[..., None], axis=1) for each in (cell, cell + 1))
+    until = before + part * (after - before)
+    return rows, inverse(np.maximum(np.diff(until, axis=1), 0))
+
+
+def inverse(density: Floats) -> Floats:
+    """Return the places (..., B + 1) in [0, 1] up to which shares 0, 1 / B, ... 1 of a density (..., B) lie."""
+    cells = density.shape[-1]
+    total = density.sum(axis=-1, keepdims=True)
+    density = np.where(total > 0, density, 1)
+    sums = np.cumsum(density, axis=-1)
+    sums = np.concatenate([np.zeros_like(sums[..., :1]), sums], axis=-1) / sums[..., -1:]
+    share = np.linspace(0, 1, cells + 1)
+    cell = np.zeros(sums.shape, np.int64)
+    for k in range(1, cells):
+        cell += sums[..., k, None] <= share
+    begin, end = (np.take_along_axis(sums, each, axis=-1) for each in (cell, cell + 1))
+    found = (cell + np.clip((share - begin) / np.maximum(end - begin, 1e-300), 0, 1)) / cells
+    found[..., 0], found[..., -1] = 0, 1
+    return found
 
 
 def densities(guide: Guide) -> Floats:

@@ -21,7 +21,7 @@ from tracer.radiosity.patches import Patches, by_face
 from tracer.radiosity.report.scenes import Example
 from tracer.radiosity.solve import solve
 from tracer.radiosity.strata import Strata
-from tracer.radiosity.warp import Warp
+from tracer.radiosity.warp import warped
 
 Floats = NDArray[np.float64]
 RAYS = (64, 256, 1024)
@@ -101,7 +101,7 @@ def once(place: Place, method: Method, rays: int, seed: int) -> tuple[Floats, fl
     guidance = Guidance(method.kind, THRESHOLDS[method.kind])
     groups, division = place.groups, division_for(guidance, rays)
     if method.own:
-        groups, division, guidance = place.single, OWN, replace(guidance, members=1, worth=0.0)
+        groups, division, guidance = place.single, OWN, replace(guidance, members=1, worth=0.0, overall=0.0)
     if division is None:
         return None
     see = by_face(place.patches, place.see)
@@ -110,8 +110,9 @@ def once(place: Place, method: Method, rays: int, seed: int) -> tuple[Floats, fl
     left = rays - round(looked)
     if left < rays / 3:
         return None
-    way = Strata(guide) if method.strata else Warp(guide)
-    return gather(place.see, groups, left, way, seed).irradiance, left + looked, guide.guided
+    way = Strata(guide) if method.strata else warped(guide)
+    irradiance = gather(place.see, groups, left, way, seed, guide.guided).irradiance
+    return irradiance, left + looked, float(guide.guided.mean())
 
 
 def measure(place: Place, told: Callable[[str], None]) -> list[Curve]:

@@ -27,7 +27,7 @@ def examples() -> list[Example]:
         Example("Cornell box", "one lamp, which rays have to find", load(mi.cornell_box()), 0.1, True),
         Example("Cornell box, reflected", "its reflected light alone", load(mi.cornell_box()), 0.1, False),
         Example("cove", "a lamp that shines at the ceiling: reflected light alone", load(cove()), 0.1, False),
-        Example("foliage", "busy but dark, under a large even light", load(foliage()), 0.25, True),
+        Example("foliage", "busy but dark, under a large even light", load(foliage()), 0.125, True),
     ]
 
 
