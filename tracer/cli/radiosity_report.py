@@ -15,7 +15,7 @@ def radiosity_report(
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
-    """Measure and draw all that is claimed of radiosity: guided rays, even ones and paths. A quarter of an hour.
+    """Measure and draw all that is claimed of radiosity: guided rays, even ones and paths. Half an hour.
 
     Example: tracer radiosity-report -o results/radiosity
     """

@@ -27,7 +27,7 @@ Floats = NDArray[np.float64]
 RAYS = (64, 256, 1024)
 SEEDS = 5
 TRUTH = 1 << 14
-THRESHOLDS: dict[Kind, float] = {"entropy": 1.0, "distinct": 4.0, "deviation": 0.8}
+THRESHOLDS: dict[Kind, float] = {"entropy": 1.0, "distinct": 4.0, "deviation": 0.6}
 OWN = Division("distinct", 2.5, 1, 4)
 """The paper's way: every point looks for itself, with four rays through each triangle."""
 
@@ -45,11 +45,9 @@ class Method:
 METHODS = (
     Method("evenly"),
     Method("each for itself, strata", "distinct", True, True),
-    *(
-        Method(f"{kind}, {'strata' if strata else 'warp'}", kind, strata)
-        for kind in THRESHOLDS
-        for strata in (True, False)
-    ),
+    Method("distinct, strata", "distinct", True),
+    Method("deviation, strata", "deviation", True),
+    *(Method(f"{kind}, warp", kind) for kind in THRESHOLDS),
 )
 
 
@@ -64,6 +62,10 @@ class Place:
     see: See
     truth: Floats
     radiosity: Floats
+
+
+Found = tuple[Floats, float, float]
+"""Irradiance, rays a point and the share of points guided."""
 
 
 @dataclass(frozen=True)
@@ -93,24 +95,28 @@ def prepare(example: Example) -> Place:
     return Place(example, patches, neighbours(points, Guidance().members), single, see, truth, radiosity)
 
 
-def once(place: Place, method: Method, rays: int, seed: int) -> tuple[Floats, float, float] | None:
-    """Return irradiance, rays a point and the share of points guided; None where a look is too dear."""
+def once(place: Place, method: Method, rays: int, seed: int) -> Found | None:
+    """Return what one method finds; None where a look is too dear."""
     if method.kind is None:
         return gather(place.see, place.single, rays, evenly, seed).irradiance, rays, 0.0
-    count = len(place.single.points)
     guidance = Guidance(method.kind, THRESHOLDS[method.kind])
-    groups, division = place.groups, division_for(guidance, rays)
     if method.own:
-        groups, division, guidance = place.single, OWN, replace(guidance, members=1, worth=0.0, overall=0.0)
-    if division is None:
-        return None
-    see = by_face(place.patches, place.see)
-    guide = make_guide(see, groups, division, guidance, place.patches.faces, 1000 + seed)
-    looked = guide.regions.rays / count
+        guidance = replace(guidance, members=1, worth=0.0, overall=0.0)
+        return guided(place, place.single, OWN, guidance, rays, seed, method.strata)
+    division = division_for(guidance, rays)
+    return None if division is None else guided(place, place.groups, division, guidance, rays, seed, method.strata)
+
+
+def guided(
+    place: Place, groups: Groups, division: Division, guidance: Guidance, rays: int, seed: int, strata: bool = False
+) -> Found | None:
+    """Return what guided rays find, those that looked among them; None where they would be most of all."""
+    guide = make_guide(by_face(place.patches, place.see), groups, division, guidance, place.patches.faces, 1000 + seed)
+    looked = guide.regions.rays / len(groups.points)
     left = rays - round(looked)
     if left < rays / 3:
         return None
-    way = Strata(guide) if method.strata else warped(guide)
+    way = Strata(guide) if strata else warped(guide)
     irradiance = gather(place.see, groups, left, way, seed, guide.guided).irradiance
     return irradiance, left + looked, float(guide.guided.mean())
 

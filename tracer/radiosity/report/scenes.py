@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib.resources import as_file, files
 from typing import Any
 
 import mitsuba as mi
@@ -27,8 +28,16 @@ def examples() -> list[Example]:
         Example("Cornell box", "one lamp, which rays have to find", load(mi.cornell_box()), 0.1, True),
         Example("Cornell box, reflected", "its reflected light alone", load(mi.cornell_box()), 0.1, False),
         Example("cove", "a lamp that shines at the ceiling: reflected light alone", load(cove()), 0.1, False),
+        Example("window", "daylight through a window: a bundled scene", bundled("window_interior"), 0.45, True),
+        Example("many lights", "72 lamps: a bundled scene", bundled("many_lights"), 3.0, True),
         Example("foliage", "busy but dark, under a large even light", load(foliage()), 0.125, True),
     ]
+
+
+def bundled(name: str) -> Any:
+    """Return a bundled scene."""
+    with as_file(files("tracer.scenes") / f"{name}.xml") as scene:
+        return mi.load_file(str(scene))
 
 
 def load(scene: dict[str, Any]) -> Any:
