@@ -53,12 +53,12 @@ class Guidance:
     worth: float = 1.15
     """A group whose expected gain is less is not guided, nor looked at further."""
     overall: float = 1.25
-    """If a sample of groups expects less for all points, none is guided: what a look and a guide cost in time."""
+    """If a sample of groups expects less on average, none is guided: what looks and a guide cost, and a margin."""
 
 
 FEWEST, MANY = 64, 1024
 """Rays that look through a triangle."""
-SAMPLE = 8
+SAMPLE = 16
 """Groups that look first, at least; fewer than twice as many."""
 
 
@@ -86,10 +86,13 @@ def make_guide(see: See, groups: Groups, division: Division, guidance: Guidance,
     large = np.flatnonzero(2 * sizes >= guidance.members)
     sampled = np.arange(len(large)) % max(len(large) // SAMPLE, 1) == 0
     regions = subdivide(see, groups, division, surfaces, seed, large[sampled], worth)
-    even, guided = variances(regions, count, guidance.floor)
-    guided = np.where(worth(regions), guided, even)
-    kept = np.zeros(count, bool)
-    if np.sum(sizes * even) >= guidance.overall * np.sum(sizes * guided):
+    kept = worth(regions)
+    gains = np.where(kept, gain(regions, count, guidance.floor), 1)
+    # A mean of logarithms by what each group errs: no single one that chance made bright decides for all.
+    errors = sizes * np.sqrt(variances(regions, count, guidance.floor)[0])
+    if np.sum(errors * np.log(gains)) < np.log(max(guidance.overall, 1e-9)) * np.sum(errors):
+        kept[:] = False
+    else:
         others = subdivide(see, groups, division, surfaces, seed + 1, large[~sampled], worth)
         regions = regions.together(others)
         kept = worth(regions)
