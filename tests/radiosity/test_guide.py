@@ -7,7 +7,7 @@ import pytest
 
 from tracer.hashing import mix
 from tracer.radiosity.groups import alone, neighbours
-from tracer.radiosity.guide import FEWEST, MANY, Guidance, division_for, gain, make_guide, shares
+from tracer.radiosity.guide import FEWEST, MANY, Guidance, division_for, gain, make_guide, shares, sure_gain
 from tracer.radiosity.hemisphere import WHOLE, Division, Regions, subdivide
 from tracer.radiosity.pyramid import pyramid
 
@@ -56,6 +56,28 @@ def test_the_best_shares_gain_most():
     # A floor gives some of it back, and all of it is even again.
     assert 1 < gain(made_of(deviation, deviation**0.8), 1, 0.5)[0] < best
     assert gain(made_of(deviation, deviation), 1, 1.0) == pytest.approx([1])
+
+
+def test_a_gain_is_sure_if_all_groups_agree():
+    def groups_of(gains):
+        """Two triangles of each group: half of the rays in one that varies, as a share of 1 + x does, x = gain."""
+        table, count = pyramid(0), len(gains)
+        deviation = np.zeros((4 * count, 3))
+        deviation[::4] = 1
+        # With a floor of 0 the density of the first triangle is its share of complexity: gain = density^1.5.
+        complexity = np.ones((4 * count, 3))
+        density = np.asarray(gains) ** (2 / 3)
+        complexity[::4] = (3 * density / (4 - density))[:, None]
+        ones = np.ones((4 * count, 3))
+        group = np.repeat(np.arange(count), 4)
+        return Regions(table, group, np.tile(np.arange(4), count), complexity, ones, deviation, 0)
+
+    sizes = np.full(3, 100)
+    assert sure_gain(groups_of([1.5, 1.5, 1.5]), sizes, 0.0) == pytest.approx(1.5)
+    spread = sure_gain(groups_of([3.0, 1.5, 0.75]), sizes, 0.0)
+    # A third of the root of 2 ln(2)^2.
+    assert spread == pytest.approx(1.5 * np.exp(-np.sqrt(2) * np.log(2) / 3))
+    assert sure_gain(groups_of([3.0, 1.0]), np.array([1, 10**6]), 0.0) == pytest.approx(1, rel=1e-4)
 
 
 def test_one_half_judges_the_other():

@@ -52,8 +52,8 @@ class Guidance:
     """Share of the other rays that goes as the cosine does."""
     worth: float = 1.15
     """A group whose expected gain is less is not guided, nor looked at further."""
-    overall: float = 1.25
-    """If a sample of groups expects less on average, none is guided: what looks and a guide cost, and a margin."""
+    overall: float = 1.1
+    """If a sample of groups is not sure to gain as much on average, none is guided."""
 
 
 FEWEST, MANY = 64, 1024
@@ -86,13 +86,8 @@ def make_guide(see: See, groups: Groups, division: Division, guidance: Guidance,
     large = np.flatnonzero(2 * sizes >= guidance.members)
     sampled = np.arange(len(large)) % max(len(large) // SAMPLE, 1) == 0
     regions = subdivide(see, groups, division, surfaces, seed, large[sampled], worth)
-    kept = worth(regions)
-    gains = np.where(kept, gain(regions, count, guidance.floor), 1)
-    # A mean of logarithms by what each group errs: no single one that chance made bright decides for all.
-    errors = sizes * np.sqrt(variances(regions, count, guidance.floor)[0])
-    if np.sum(errors * np.log(gains)) < np.log(max(guidance.overall, 1e-9)) * np.sum(errors):
-        kept[:] = False
-    else:
+    kept = np.zeros(count, bool)
+    if sure_gain(regions, sizes, guidance.floor) >= guidance.overall:
         others = subdivide(see, groups, division, surfaces, seed + 1, large[~sampled], worth)
         regions = regions.together(others)
         kept = worth(regions)
@@ -100,6 +95,23 @@ def make_guide(see: See, groups: Groups, division: Division, guidance: Guidance,
     counts = np.bincount(regions.group[some], minlength=count)
     share = shares(regions, count, guidance.floor)[some]
     return Guide(groups, regions.where(some), np.concatenate([[0], np.cumsum(counts)]), share)
+
+
+def sure_gain(regions: Regions, sizes: Integers, floor: float) -> float:
+    """Return the mean gain of groups that looked, less one standard error; ``sizes`` (G,): points of all groups.
+
+    It is a mean of logarithms, each by the error that the group's points are expected to have: no single group that
+    chance made bright decides for all.
+    """
+    even, guided = variances(regions, len(sizes), floor)
+    seen = guided > 0
+    if not seen.any():
+        return 1.0
+    error = (sizes * np.sqrt(even))[seen]
+    weight = error / error.sum()
+    logarithm = np.log(np.maximum(even[seen] / guided[seen], 1e-9))
+    mean = float(weight @ logarithm)
+    return float(np.exp(mean - np.linalg.norm(weight * (logarithm - mean))))
 
 
 def shares(regions: Regions, groups: int, floor: float, seen: int = WHOLE) -> Floats:

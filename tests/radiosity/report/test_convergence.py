@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tracer.radiosity.report import convergence
-from tracer.radiosity.report.convergence import METHODS, Curve, even_at, gain, once, prepare, rows
+from tracer.radiosity.report.convergence import METHODS, Curve, gain, in_as_much_time, once, prepare, rows
 from tracer.radiosity.report.scenes import Example, chandelier, load
 
 
@@ -23,9 +23,9 @@ def test_gain_of_errors_that_are_half():
 
 def test_time_is_compared_along_the_line_of_even_rays():
     curves = [curve("evenly", 64, 1.0, 0.16), curve("evenly", 256, 4.0, 0.01)]
-    assert even_at(curves, "a", 2.0)[0] == pytest.approx(0.04)
-    assert even_at(curves, "a", 0.5)[0] == pytest.approx(0.64)
-    assert even_at(curves, "a", 8.0)[0] == pytest.approx(0.0025)
+    assert in_as_much_time(curves, curve("other", 256, 8.0, 1.0))[0] == pytest.approx(0.0025)
+    assert in_as_much_time(curves, curve("other", 64, 0.5, 1.0))[0] == pytest.approx(0.64)
+    assert in_as_much_time(curves, curve("other", 64, 1.0, 1.0)) == pytest.approx(curves[0].errors)
     found = rows([*curves, curve("deviation, warp", 256, 8.0, 0.005)])
     assert found[0]["equal_rays"][0] == pytest.approx(2)
     assert found[0]["equal_time"][0] == pytest.approx(0.5)

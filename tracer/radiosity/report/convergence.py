@@ -122,25 +122,28 @@ def guided(
 
 
 def measure(place: Place, told: Callable[[str], None]) -> list[Curve]:
-    """Return the errors of all methods."""
+    """Return the errors of all methods. They take turns, so that a machine that slows down does so for all."""
     scale = float(np.mean(place.truth)) ** 2
     curves = []
     for rays in RAYS:
-        for method in METHODS:
-            told(f"{place.example.name}, {rays} rays, {method.name}")
-            if once(place, method, rays, 50) is None:
-                continue
-            errors, seconds, found = [], [], None
-            for seed in range(SEEDS):
+        # The first of each is not timed: it compiles.
+        possible = [method for method in METHODS if once(place, method, rays, 50) is not None]
+        errors: dict[str, list[float]] = {method.name: [] for method in possible}
+        seconds: dict[str, list[float]] = {method.name: [] for method in possible}
+        traced: dict[str, tuple[float, float]] = {}
+        for seed in range(SEEDS):
+            told(f"{place.example.name}, {rays} rays, seed {seed}")
+            for method in possible:
                 begin = perf_counter()
                 found = once(place, method, rays, seed)
-                seconds.append(perf_counter() - begin)
+                seconds[method.name].append(perf_counter() - begin)
                 assert found is not None
-                errors.append(float(np.mean((found[0] - place.truth) ** 2)) / scale)
-            assert found is not None
-            curves.append(
-                Curve(place.example.name, method.name, rays, errors, float(np.median(seconds)), found[1], found[2])
-            )
+                errors[method.name].append(float(np.mean((found[0] - place.truth) ** 2)) / scale)
+                traced[method.name] = found[1:]
+        for method in possible:
+            name = method.name
+            took = float(np.median(seconds[name]))
+            curves.append(Curve(place.example.name, name, rays, errors[name], took, *traced[name]))
     return curves
 
 
@@ -152,21 +155,17 @@ def gain(own: list[float], other: list[float]) -> tuple[float, float, float]:
     return float(np.exp(middle)), float(np.exp(middle - reach)), float(np.exp(middle + reach))
 
 
-def even_at(curves: list[Curve], scene: str, seconds: float) -> list[float]:
-    """Return the errors of even rays in as much time, along the line between those measured (both in logarithms)."""
-    even = [curve for curve in curves if curve.scene == scene and curve.method == "evenly"]
-    times = np.log([curve.seconds for curve in even])
-    found = []
-    for seed in range(SEEDS):
-        errors = np.log([curve.errors[seed] for curve in even])
-        slope = (errors[-1] - errors[0]) / (times[-1] - times[0])
-        value = float(np.interp(np.log(seconds), times, errors))
-        if np.log(seconds) < times[0]:
-            value = errors[0] + slope * (np.log(seconds) - times[0])
-        if np.log(seconds) > times[-1]:
-            value = errors[-1] + slope * (np.log(seconds) - times[-1])
-        found.append(float(np.exp(value)))
-    return found
+def in_as_much_time(curves: list[Curve], curve: Curve) -> list[float]:
+    """Return the errors of even rays, had there been as many as the curve's time is enough for.
+
+    Time is compared at the same number of rays, and error falls along the line through all even rays of the scene.
+    """
+    even = [each for each in curves if each.scene == curve.scene and each.method == "evenly"]
+    same = next(each for each in even if each.rays == curve.rays)
+    error = [float(np.mean(np.log(each.errors))) for each in even]
+    slope = float(np.polyfit(np.log([each.seconds for each in even]), error, 1)[0])
+    factor = float((curve.seconds / same.seconds) ** slope)
+    return [each * factor for each in same.errors]
 
 
 def rows(curves: list[Curve]) -> list[dict[str, Any]]:
@@ -186,7 +185,7 @@ def rows(curves: list[Curve]) -> list[dict[str, Any]]:
                 "seconds": curve.seconds,
                 "error": float(np.sqrt(np.mean(curve.errors))),
                 "equal_rays": gain(curve.errors, even.errors),
-                "equal_time": gain(curve.errors, even_at(curves, curve.scene, curve.seconds)),
+                "equal_time": gain(curve.errors, in_as_much_time(curves, curve)),
             }
         )
     return found
