@@ -11,7 +11,6 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import ceil
 from typing import Any
 
 import drjit as dr
@@ -21,6 +20,7 @@ from numpy.typing import NDArray
 
 from tracer.band import Tree, bands
 from tracer.draw import Samples, Window, divide
+from tracer.frame import Frame
 from tracer.scene import View
 
 Floats = NDArray[np.float64]
@@ -53,12 +53,12 @@ class Statistics:
 class Estimate:
     """Running estimate over ``view.grid``, in bands of pixels."""
 
-    def __init__(self, view: View, moments: int = 0, peaks: int = 0) -> None:
-        """``moments`` and ``peaks``: how many of ``Samples`` there are."""
+    def __init__(self, view: Frame, moments: int = 0, peaks: int = 0) -> None:
+        """``moments`` and ``peaks``: how many of ``Samples`` there are. To add samples, ``view`` must be a ``View``."""
         self.view = view
         self.moments, self.peaks = moments, peaks
-        self.filter = view.film.rfilter()
-        self.reach = 0 if self.filter.is_box_filter() else ceil(self.filter.radius() - 0.5)
+        self.filter: Any = view.film.rfilter() if isinstance(view, View) else None
+        self.reach = view.reach
         offsets = (2 * self.reach + 1) ** 2 if self.reach else 0
         self.bands = bands(view.pixel_count, len(view.channels), offsets, moments, peaks)
 

@@ -6,16 +6,16 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
+from math import ceil
 from typing import Any
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from numpy.typing import NDArray
 
 from tracer.errors import SceneError, SettingsError
+from tracer.frame import Frame
 from tracer.load_error import load_error
-from tracer.score import luminance
 from tracer.source import LOAD_ERRORS, describe, load
 
 Size = int | tuple[int, int] | None
@@ -23,8 +23,8 @@ Size = int | tuple[int, int] | None
 
 
 @dataclass(frozen=True)
-class View:
-    """A scene seen by one sensor through one integrator. Pixels are counted row by row over ``grid``."""
+class View(Frame):
+    """A scene seen by one sensor through one integrator."""
 
     scene: Any
     sensor: Any
@@ -37,31 +37,16 @@ class View:
         """The film of the sensor."""
         return self.sensor.film()
 
-    @cached_property
+    @cached_property  # type: ignore[override]
     def size(self) -> tuple[int, int]:
         """(height, width) of the image: the film's crop window."""
         width, height = self.film.crop_size()
         return int(height), int(width)
 
-    @cached_property
+    @cached_property  # type: ignore[override]
     def border(self) -> int:
         """Pixels sampled outside each side of the image, because the film asks for ``sample_border``."""
         return int(self.film.rfilter().border_size()) if self.film.sample_border() else 0
-
-    @cached_property
-    def grid(self) -> tuple[int, int]:
-        """(height, width) of the pixels that are sampled: the image and its border."""
-        return self.size[0] + 2 * self.border, self.size[1] + 2 * self.border
-
-    @property
-    def inner(self) -> tuple[slice, slice]:
-        """The image within the grid."""
-        return slice(self.border, self.border + self.size[0]), slice(self.border, self.border + self.size[1])
-
-    @property
-    def pixel_count(self) -> int:
-        """Number of pixels that are sampled."""
-        return self.grid[0] * self.grid[1]
 
     @cached_property
     def grid_origin(self) -> Any:
@@ -74,7 +59,7 @@ class View:
         self.film.prepare([])
         return self.film.bitmap().pixel_format()
 
-    @cached_property
+    @cached_property  # type: ignore[override]
     def channels(self) -> list[str]:
         """Names of the channels of the image, in the order of ``mi.render``."""
         formats = mi.Bitmap.PixelFormat
@@ -88,23 +73,11 @@ class View:
         }[self.pixel_format]
         return base + list(self.integrator.aov_names())
 
-    @cached_property
-    def colour_channels(self) -> int:
-        """How many of the channels, from the first, are colour: what decisions look at."""
-        return 3 if self.channels[0] in "RX" else 1
-
-    def luminance(self, image: NDArray) -> NDArray:
-        """Return the luminance (H, W) of an image (H, W, C) in the film's channels."""
-        if self.channels[0] == "X":
-            return image[..., 1]
-        return luminance(image[..., : self.colour_channels])
-
-    def rgb(self, image: NDArray) -> NDArray:
-        """Return the colours (H, W, 3) of an image (H, W, C) in the film's channels, as linear sRGB."""
-        colour = image[..., : self.colour_channels]
-        if self.channels[0] == "X":
-            return np.array(mi.xyz_to_srgb(mi.Color3f(colour.reshape(-1, 3).T))).T.reshape(colour.shape)
-        return colour.repeat(3, axis=-1) if self.colour_channels == 1 else colour
+    @cached_property  # type: ignore[override]
+    def reach(self) -> int:
+        """How many pixels away a sample still counts through the reconstruction filter; 0 for a box filter."""
+        rfilter = self.film.rfilter()
+        return 0 if rfilter.is_box_filter() else ceil(rfilter.radius() - 0.5)
 
     def fill_film(self, image: Any) -> None:
         """Leave ``image`` (H, W, C) in the film, where ``film.develop()`` and ``film.write()`` look for it."""
