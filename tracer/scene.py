@@ -37,14 +37,14 @@ class View(Frame):
         """The film of the sensor."""
         return self.sensor.film()
 
-    @cached_property  # type: ignore[override]
-    def size(self) -> tuple[int, int]:
+    @cached_property
+    def size(self) -> tuple[int, int]:  # type: ignore[override]
         """(height, width) of the image: the film's crop window."""
         width, height = self.film.crop_size()
         return int(height), int(width)
 
-    @cached_property  # type: ignore[override]
-    def border(self) -> int:
+    @cached_property
+    def border(self) -> int:  # type: ignore[override]
         """Pixels sampled outside each side of the image, because the film asks for ``sample_border``."""
         return int(self.film.rfilter().border_size()) if self.film.sample_border() else 0
 
@@ -59,8 +59,8 @@ class View(Frame):
         self.film.prepare([])
         return self.film.bitmap().pixel_format()
 
-    @cached_property  # type: ignore[override]
-    def channels(self) -> list[str]:
+    @cached_property
+    def channels(self) -> list[str]:  # type: ignore[override]
         """Names of the channels of the image, in the order of ``mi.render``."""
         formats = mi.Bitmap.PixelFormat
         base = {
@@ -73,8 +73,8 @@ class View(Frame):
         }[self.pixel_format]
         return base + list(self.integrator.aov_names())
 
-    @cached_property  # type: ignore[override]
-    def reach(self) -> int:
+    @cached_property
+    def reach(self) -> int:  # type: ignore[override]
         """How many pixels away a sample still counts through the reconstruction filter; 0 for a box filter."""
         rfilter = self.film.rfilter()
         return 0 if rfilter.is_box_filter() else ceil(rfilter.radius() - 0.5)

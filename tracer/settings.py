@@ -17,6 +17,9 @@ UNBIASED_SHARE = 32
 sample, they cost more than they bring: the render is uniform, unless pilot_spp is set."""
 
 
+MOST_SPP = 2**24
+OPEN_SPP = {"noise": 4096, "time": 65536}
+"""Bound on the mean samples per pixel where only a noise target, or only a time, is given."""
 MOST_WEIGHT = 1e6
 """Of a shape: beyond it float32 would lose what is not weighted."""
 
@@ -26,8 +29,15 @@ class Settings(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    spp: int = Field(64, ge=1, le=2**24)
-    """Mean samples per pixel: the budget, pilot included."""
+    spp: int = Field(64, ge=1, le=MOST_SPP)
+    """Mean samples per pixel: the budget, pilot included. With ``noise`` or ``time`` a bound, of 4096 or 65536."""
+    noise: float | None = Field(None, gt=0, le=1e6)
+    """Stop when ``noise_share`` of the pixels are estimated to be off by no more: by this part of their brightness if
+    the objective is relative (see ``tracer.noise``)."""
+    noise_share: float = Field(0.95, gt=0, lt=1)
+    """Share of the pixels for which ``noise`` is to hold."""
+    time: float | None = Field(None, gt=0, le=1e9)
+    """Stop in time to be done after so many seconds, start-up included; every pixel gets a sample all the same."""
     seed: int = Field(0, ge=0, lt=2**32)
     criterion: str = "fused"
     """Where it is worth it: a name of ``tracer.criteria``; "uniform" gives every pixel the same."""
@@ -55,6 +65,16 @@ class Settings(BaseModel):
 
     unbiased: bool = False
     """Whether the samples that decide are kept out of the picture; they count towards spp all the same."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def open_ended(cls, values: Any) -> Any:
+        """Let a noise target or a time decide where no number of samples is given."""
+        if isinstance(values, dict) and values.get("spp") is None:
+            limit = next((name for name in OPEN_SPP if values.get(name) is not None), None)
+            values = {name: value for name, value in values.items() if name != "spp"}
+            return {**values, "spp": OPEN_SPP[limit]} if limit else values
+        return values
 
     @field_validator("shape_weights", mode="before")
     @classmethod
@@ -97,12 +117,19 @@ class Settings(BaseModel):
             raise ValueError(f"max_spp ({self.max_spp}) must not be below spp ({self.spp})")
         if self.pilot_spp is not None and self.pilot_spp > self.spp:
             raise ValueError(f"pilot_spp ({self.pilot_spp}) must not exceed spp ({self.spp})")
+        if self.unbiased and self.noise is not None:
+            raise ValueError("noise cannot be combined with unbiased: samples that say when to stop are biased by that")
         left = self.spp - 2 * self.pilot_samples
         if self.unbiased and not self.too_small and self.min_spp is not None and self.min_spp > left:
             raise ValueError(
                 f"min_spp ({self.min_spp}) must not exceed the {left} of {self.spp} spp left when unbiased"
             )
         return self
+
+    @property
+    def is_open(self) -> bool:
+        """Whether something else than the number of samples may end the render."""
+        return self.noise is not None or self.time is not None
 
     @property
     def pilot_samples(self) -> int:
