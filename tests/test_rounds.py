@@ -23,6 +23,17 @@ def test_goals_end_at_the_budget_and_grow_slowly(spp, pixels, unbiased):
         assert goals[1] <= goals[2] / 8
 
 
+@given(spp=st.integers(8, 5000))
+def test_a_larger_budget_begins_in_the_same_way(spp):
+    goals, more = (round_goals(make_settings(spp=budget), True, 10) for budget in (spp, 2 * spp))
+    assert more[: len(goals) - 1] == goals[:-1]
+
+
+def test_a_limit_of_time_begins_with_one_sample():
+    assert round_goals(make_settings(time=10.0, spp=16), True, 10) == [10, 40, 80, 160]
+    assert round_goals(make_settings(noise=0.1, spp=16), False, 10) == [40, 80, 160]
+
+
 def test_a_criterion_without_radiance_has_one_round():
     assert round_goals(make_settings(spp=64), False, 100) == [6400]
 

@@ -13,7 +13,8 @@ from tracer import errors
 from tracer.backend import activate, named_library, point_to_library
 
 if TYPE_CHECKING:
-    from tracer.loop import Progress, render
+    from tracer.loop import render
+    from tracer.progress import Progress
     from tracer.result import Report, Result
     from tracer.settings import Settings
 
@@ -26,7 +27,7 @@ if not (Path(__file__).parent / "plugins").is_dir():
 point_to_library()  # before anything imports Dr.Jit, which loads LLVM as it is imported
 
 HOMES = {
-    "Progress": "tracer.loop",
+    "Progress": "tracer.progress",
     "render": "tracer.loop",
     "Report": "tracer.result",
     "Result": "tracer.result",

@@ -30,6 +30,8 @@ class Decision:
     settled: bool = False
     """Whether it shares out the whole rest of the budget, as deciding again is not worth it."""
     note: str = ""
+    importance: Floats | None = None
+    """(H, W): by which they are shared out; None where all pixels are to have the same."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,8 @@ class Situation:
     """Samples of the whole budget."""
     may_settle: bool
     """Whether the rest of the budget may be given out at once."""
+    horizon: int | None = None
+    """Samples in all over which a decision is to pay; None: those of the whole budget."""
 
 
 def decide(
@@ -56,13 +60,14 @@ def decide(
     importance = importance * evidence.wanted
     if criterion.spends == "priority":
         served = least_counts(evidence.wanted, settings, now, 1).astype(np.uint32)
-        return Decision(budget.serve(importance, now.goal, served, settings.most_samples, generator))
+        counts = budget.serve(importance, now.goal, served, settings.most_samples, generator)
+        return Decision(counts, importance=importance)
     if criterion.spends == "more":
         drawn = now.drawn.astype(np.float64)
         least = least_counts(evidence.wanted, settings, now, 1) - drawn
         left = now.goal - int(drawn.sum())
         more = budget.fill(importance, left, least, np.maximum(settings.most_samples - drawn, least))
-        return Decision(now.drawn + budget.round_to_total(more, left, generator))
+        return Decision(now.drawn + budget.round_to_total(more, left, generator), importance=importance)
     if criterion.spends == "deviation" and evidence.statistics is not None:
         cost = cost_of_sample(evidence.statistics)
         deviation, importance = importance, importance / np.sqrt(cost) if settings.cost == "rays" else importance
@@ -78,7 +83,8 @@ def decide(
             now = replace(now, goal=now.total) if now.may_settle else now
             counts = share_out(evidence.wanted, evidence.wanted, settings, now, True, generator)
             return Decision(counts, now.may_settle, note)
-    return Decision(share_out(importance, evidence.wanted, settings, now, criterion.spends == "deviation", generator))
+    counts = share_out(importance, evidence.wanted, settings, now, criterion.spends == "deviation", generator)
+    return Decision(counts, importance=importance)
 
 
 def share_out(
@@ -129,5 +135,5 @@ def predicted_overhead(statistics: Statistics, now: Situation) -> float:
 
     Counted in rays, not in seconds, so that a picture does not depend on how busy the machine is.
     """
-    rays = max(float(statistics.rays.mean()), 1.0) * now.total / now.drawn.size
+    rays = max(float(statistics.rays.mean()), 1.0) * (now.horizon or now.total) / now.drawn.size
     return RAYS_PER_DECISION / rays

@@ -25,6 +25,10 @@ class OutputError(TracerError):
     """A place where the result cannot be written, or must not be."""
 
 
+class CheckpointError(TracerError):
+    """A checkpoint that is missing, damaged, or of another render."""
+
+
 class BudgetError(TracerError):
     """Bounds on the samples per pixel that no allocation can meet."""
 

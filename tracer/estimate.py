@@ -80,18 +80,33 @@ class Estimate:
         for own, others in zip(self.bands, other.bands, strict=True):
             own.merge(others)
 
+    @property
+    def count(self) -> Any:
+        """Samples of each pixel (mi.UInt32, those not finite left out)."""
+        return self.whole("count")
+
+    def samples(self) -> NDArray[np.uint32]:
+        """Return the samples of each pixel of the image (H, W), those not finite left out."""
+        return to_host(self.count, self.view.grid)[self.view.inner]
+
     def state(self) -> list[NDArray]:
-        """Return all sums as NumPy arrays, for another process to ``restore``."""
-        return [self.layout, *(np.array(array.numpy()) for band in self.bands for array in leaves(band.sums))]
+        """Return all sums as NumPy arrays (P,), for another process to ``restore``."""
+        parts = [leaves(band.sums) for band in self.bands]
+        return [
+            self.layout,
+            *(np.concatenate([each.numpy() for each in pieces]) for pieces in zip(*parts, strict=True)),
+        ]
 
     def restore(self, state: list[NDArray]) -> None:
         """Take over the sums of another process. Raises ValueError if they are of another view."""
-        expected = [self.layout, *(leaf for band in self.bands for leaf in leaves(band.sums))]
-        if [len(array) for array in state] != [len(array) for array in expected] or np.any(state[0] != self.layout):
+        count = len(leaves(self.bands[0].sums))
+        if len(state) != 1 + count or not np.array_equal(state[0], self.layout):
             raise ValueError("these sums are of another view")
-        arrays = iter(state[1:])
+        if any(array.shape != (self.view.pixel_count,) for array in state[1:]):
+            raise ValueError("these sums are of another number of pixels")
         for band in self.bands:
-            band.sums = [rebuilt(tree, arrays) for tree in band.sums]
+            pieces = iter([array[band.first : band.first + band.size] for array in state[1:]])
+            band.sums = [rebuilt(tree, pieces) for tree in band.sums]
 
     @property
     def layout(self) -> NDArray[np.int64]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import json
 import os
 import tempfile
@@ -57,16 +58,43 @@ def prepare_folder(folder: Path, overwrite: bool, results: tuple[str, ...]) -> N
 
 
 @contextmanager
-def whole(path: Path) -> Iterator[Path]:
-    """Yield a temporary name beside ``path``, which replaces it when the block ends well and vanishes when not."""
+def whole(path: Path, durable: bool = False) -> Iterator[Path]:
+    """Yield a temporary name beside ``path``, which replaces it when the block ends well and vanishes when not.
+
+    ``durable``: wait until it is on the disk before what was there is given up. Temporary files that a process has left
+    which was killed are removed.
+    """
+    remove_abandoned(path)
     temporary = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
     try:
         yield temporary
+        if durable:
+            with open(temporary, "rb") as file:
+                os.fsync(file.fileno())
         os.replace(temporary, path)
     except OSError as error:
         raise OutputError(f"Cannot write '{path}': {error.strerror or error}.") from None
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def remove_abandoned(path: Path) -> None:
+    """Remove temporary files of ``path`` whose process is gone."""
+    for left in path.parent.glob(f".{glob.escape(path.stem)}.*{glob.escape(path.suffix)}"):
+        process = left.name.removeprefix(f".{path.stem}.").removesuffix(path.suffix)
+        if process.isdecimal() and not is_running(int(process)):
+            left.unlink(missing_ok=True)
+
+
+def is_running(process: int) -> bool:
+    """Return whether there is a process of that number on this machine."""
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:
+        return True
+    return True
 
 
 def write_text(path: Path, text: str) -> None:
@@ -75,9 +103,9 @@ def write_text(path: Path, text: str) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
-def write_arrays(path: Path, arrays: dict[str, Any]) -> None:
+def write_arrays(path: Path, arrays: dict[str, Any], durable: bool = False) -> None:
     """Write arrays by name, for ``np.load``."""
-    with whole(path) as temporary, open(temporary, "wb") as file:
+    with whole(path, durable) as temporary, open(temporary, "wb") as file:
         np.savez(file, **arrays)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,32 +14,21 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from tracer import backend, criteria, draw, objective, pilot
+from tracer.checkpoint import EVERY_SECONDS, Keeper, open_keeper
 from tracer.decide import Decision, Situation, decide, share_out
 from tracer.estimate import Estimate, Statistics
-from tracer.result import Report, Result, Round, empty_pixels
+from tracer.halt import Clock, next_goal
+from tracer.noise import Noise
+from tracer.progress import Progress, ProgressCallback
+from tracer.result import Report, Result, Round
 from tracer.rounds import GROWTH, PASS_SIZES, PRIORITY_GROWTH, even_pass, next_pass_size, round_goals
 from tracer.scene import Size, View, open_scene
 from tracer.settings import Settings, make_settings
+from tracer.state import State
 from tracer.wanted import wanted
-
-
-@dataclass(frozen=True)
-class Progress:
-    """What a progress callback is told after every pass."""
-
-    done: int
-    """Samples drawn."""
-    total: int
-    """Samples of the whole budget."""
-    seconds: float
-    """Since the start."""
-
 
 HELD_OUT_KEY = 0x5EED0
 """Keeps samples that only decide apart from those that make the picture."""
-
-ProgressCallback = Callable[[Progress], bool | None]
-"""Called after every pass; return False to stop with what there is."""
 
 
 def render(
@@ -51,28 +39,46 @@ def render(
     size: Size = None,
     progress: ProgressCallback | None = None,
     importance: Any = None,
+    checkpoint: str | Path | None = None,
+    checkpoint_every: float = EVERY_SECONDS,
+    resume: bool = False,
+    started: float | None = None,
     **settings: Any,
 ) -> Result:
     """Render ``scene`` (path of an XML file, dictionary, or ``mi.Scene``) and return picture, counts and errors.
 
-    ``importance``: array (H, W) or image file whose values multiply the importance of each pixel. Further keywords are
-    those of ``tracer.settings.Settings``: spp, seed, criterion, objective, exposure, pilot_spp, min_spp, max_spp, cost,
-    block, unbiased, shape_weights; where the scene's integrator is ``adaptive``, its parameters are the defaults. Sets
-    the Mitsuba variant ``llvm_ad_rgb`` unless one is active. Raises the errors of ``tracer.errors``.
+    ``importance``: array (H, W) or image file whose values multiply the importance of each pixel. ``checkpoint``: file
+    to keep the state in, every ``checkpoint_every`` seconds and at the end; ``resume``: go on from it if it is there.
+    ``started``: value of ``time.perf_counter()`` from which a limit of time counts, instead of now. Further keywords
+    are those of ``tracer.settings.Settings``: spp, noise, time, seed, criterion, objective, exposure, pilot_spp,
+    min_spp, max_spp, cost, block, unbiased, shape_weights; where the scene's integrator is ``adaptive``, its parameters
+    are the defaults. Sets the Mitsuba variant ``llvm_ad_rgb`` unless one is active. Raises the errors of
+    ``tracer.errors``.
     """
+    started = time.perf_counter() if started is None else started
     backend.activate()
     if isinstance(importance, str | Path):
         settings["importance"], importance = str(importance), None
+    keeper = None if checkpoint is None else open_keeper(Path(checkpoint), scene, resume, every=checkpoint_every)
     with open_scene(scene, sensor, integrator, size) as view:
-        return render_view(view, make_settings(**{**view.settings, **settings}), progress, importance)
+        chosen = make_settings(**{**view.settings, **settings})
+        return render_view(view, chosen, progress, importance, keeper, started)
 
 
 def render_view(
-    view: View, settings: Settings, progress: ProgressCallback | None = None, importance: Any = None
+    view: View,
+    settings: Settings,
+    progress: ProgressCallback | None = None,
+    importance: Any = None,
+    keeper: Keeper | None = None,
+    started: float | None = None,
 ) -> Result:
-    """Render an open scene; see ``render``."""
+    """Render an open scene; see ``render``. ``keeper`` has the state of an earlier render, and keeps that of this one.
+
+    Raises CheckpointError if the state is of another render.
+    """
     with dr.suspend_grad():
-        rendering = Rendering(view, settings, progress, importance)
+        rendering = Rendering(view, settings, progress, importance, keeper, started)
         try:
             return rendering.run()
         finally:
@@ -83,62 +89,92 @@ class Rendering:
     """One render under way."""
 
     def __init__(
-        self, view: View, settings: Settings, progress: ProgressCallback | None = None, importance: Any = None
+        self,
+        view: View,
+        settings: Settings,
+        progress: ProgressCallback | None = None,
+        importance: Any = None,
+        keeper: Keeper | None = None,
+        started: float | None = None,
     ) -> None:
         self.start = time.perf_counter()
-        self.view, self.settings, self.progress = view, settings, progress
+        self.view, self.settings, self.progress, self.keeper = view, settings, progress, keeper
+        self.clock = Clock(settings.time, self.start if started is None else started, view)
         self.criterion = criteria.get(settings.criterion)
         self.report = Report(settings)
         self.sampler = mi.load_dict({"type": "owen_sobol"})
         self.draw = draw.Recorded(view, self.sampler, self.criterion.moments)
         self.kinds = draw.moment_counts(view, self.criterion.moments)
-        self.estimate = Estimate(view, *self.kinds)
-        self.generator = np.random.default_rng(np.random.SeedSequence([settings.seed, 1]))
         self.total = settings.spp * view.pixel_count
-        self.drawn = np.zeros(view.grid, np.uint32)
         self.memory: dict[str, Any] = {}
         self.complexity: pilot.Complexity | None = None
         self.wanted = wanted(view, settings, self.sampler.fork(), importance)
-        self.done = 0
-        self.seed = settings.seed
-        self.held_out: Estimate | None = None
-        """Samples that decided and are kept out of the picture."""
+        self.state = State.beginning(view, settings, self.kinds)
+        if keeper is not None:
+            keeper.bind(view, settings, self.wanted, self.kinds)
+            self.state = keeper.load(self.state)
+        self.report.rounds, self.report.notes = self.state.rounds, self.state.notes
+        self.noise: Noise | None = None
         self.pass_size = PASS_SIZES[1]
 
+    @property
+    def estimate(self) -> Estimate:
+        """What is known of the picture."""
+        return self.state.estimate
+
+    @property
+    def hold_out(self) -> bool:
+        """Whether samples that decide are kept out of the picture."""
+        return self.settings.unbiased and self.criterion.needs_radiance and not self.settings.too_small
+
+    @property
+    def seed(self) -> int:
+        """Seed of the samples that are drawn now."""
+        decides = self.hold_out and self.state.held_out is None
+        return self.settings.seed ^ HELD_OUT_KEY if decides else self.settings.seed
+
     def run(self) -> Result:
-        """Run all rounds and develop the picture."""
+        """Run all rounds, or those that are missing, and develop the picture."""
         growth = PRIORITY_GROWTH if self.criterion.spends == "priority" else GROWTH
         goals = round_goals(self.settings, self.criterion.needs_radiance, self.view.pixel_count, growth)
         if self.criterion.needs_radiance and len(goals) == 1:
-            self.report.notes.append(
+            self.report.note(
                 f"Uniform: {self.settings.spp} spp leave nothing to decide after a first look with "
                 f"{self.settings.pilot_samples} samples per pixel; use a larger spp or set pilot_spp."
             )
-        hold_out = self.settings.unbiased and self.criterion.needs_radiance and len(goals) > 1
-        if hold_out:
-            self.seed ^= HELD_OUT_KEY
-        before: Statistics | None = None
-        known: Statistics | None = None
-        for goal in goals:
-            last = goal == goals[-1]
-            if hold_out and last:
-                self.start_over()
-                goal -= self.done
-            decision = self.decide(known, before, goal)
-            self.draw_round(decision.allocation)
-            if not self.report.complete or decision.settled:
+        state = self.state
+        if state.allocation is not None:
+            self.draw_round()
+        elif state.done and self.settings.noise is not None:
+            self.measure_noise(anew=state.meter.image is None)
+        while self.report.stopped_by is None:
+            goal, self.report.stopped_by = next_goal(goals, state.done, self.settings, self.noise, self.clock)
+            if goal is None:
                 break
-            if self.criterion.needs_radiance and not last:
-                before, known = known, self.timed("seconds_statistics", self.estimate.statistics)
+            self.begin_round(goal, last=goal == goals[-1])
+            self.draw_round()
         return self.develop()
+
+    def begin_round(self, goal: int, last: bool) -> None:
+        """Decide who gets the samples of a round that ends with ``goal`` of them in all."""
+        state = self.state
+        learns = state.done > 0 and self.criterion.needs_radiance
+        known = self.timed("seconds_statistics", self.estimate.statistics) if learns else None
+        if self.hold_out and last and state.held_out is None:
+            self.start_over()
+        if state.held_out is not None:
+            goal -= int(state.held_out_samples)
+        decision = self.decide(known, state.before, goal)
+        state.before, state.allocation, state.taken = known, decision.allocation, 0
 
     def start_over(self) -> None:
         """Put aside all samples drawn so far, and draw others from here on."""
-        self.seed ^= HELD_OUT_KEY
-        self.held_out, self.estimate = self.estimate, Estimate(self.view, *self.kinds)
-        self.drawn = np.zeros(self.view.grid, np.uint32)
-        self.report.notes.append(
-            f"Unbiased: {self.done // self.view.pixel_count} samples per pixel decided and are not in the picture."
+        state = self.state
+        state.held_out, state.estimate = self.estimate, Estimate(self.view, *self.kinds)
+        state.held_out_samples = state.done
+        state.drawn = np.zeros(self.view.grid, np.uint32)
+        self.report.note(
+            f"Unbiased: {state.done // self.view.pixel_count} samples per pixel decided and are not in the picture."
         )
 
     def timed(self, name: str, function: Callable[..., Any], *arguments: Any) -> Any:
@@ -150,6 +186,7 @@ class Rendering:
 
     def look(self) -> pilot.Complexity:
         """Trace the pilot rays, the first time."""
+        self.state.looked = True
         if self.complexity is None:
             settings = self.settings
             # A sampler of its own: with what pilot rays leave in it, drawing would have to be traced twice.
@@ -160,12 +197,15 @@ class Rendering:
     def decide(self, known: Statistics | None, before: Statistics | None, goal: int) -> Decision:
         """Return how many samples each pixel is to have when ``goal`` are drawn."""
         start, looking = time.perf_counter(), self.report.seconds_pilot
-        teaches = self.settings.unbiased and self.held_out is None and goal != self.total
-        total = goal if self.held_out is not None else self.total
-        situation = Situation(self.drawn, goal, total, may_settle=not self.settings.unbiased)
-        if self.criterion.needs_radiance and (known is None or teaches):
+        state, settings = self.state, self.settings
+        teaches = self.hold_out and state.held_out is None
+        total = goal if state.held_out is not None else self.total
+        closed = not (settings.unbiased or settings.is_open)
+        situation = Situation(state.drawn, goal, total, may_settle=closed, horizon=goal if settings.is_open else total)
+        first = goal <= settings.pilot_samples * self.view.pixel_count and state.held_out is None
+        if self.criterion.needs_radiance and (known is None or teaches or first):
             even = np.ones(self.view.grid) if goal < self.total else self.wanted
-            return Decision(share_out(even, even, self.settings, situation, False, self.generator))
+            return Decision(share_out(even, even, settings, situation, False, state.generator))
         evidence = criteria.Evidence(
             look=self.look,
             statistics=known,
@@ -176,9 +216,10 @@ class Rendering:
             wanted=self.wanted,
             memory=self.memory,
         )
-        decision = decide(self.criterion, evidence, self.settings, situation, self.generator)
+        decision = decide(self.criterion, evidence, settings, situation, state.generator)
+        state.importance = None if decision.importance is None else relative(decision.importance)
         if decision.note:
-            self.report.notes.append(decision.note)
+            self.report.note(decision.note, once=decision.note.partition(" ")[0])
         self.report.seconds_deciding += time.perf_counter() - start - (self.report.seconds_pilot - looking)
         return decision
 
@@ -190,13 +231,17 @@ class Rendering:
         smooth = gaussian_filter(brightness, 1.0, mode="nearest")
         return objective.weights(self.settings.objective, smooth, self.settings.exposure)
 
-    def draw_round(self, allocation: NDArray[np.uint32]) -> None:
-        """Draw what ``allocation`` has beyond what is drawn, pass by pass."""
+    def draw_round(self) -> None:
+        """Draw what the allocation has beyond what is drawn, pass by pass."""
+        state = self.state
+        allocation = state.allocation
+        assert allocation is not None
         start = time.perf_counter()
-        counts = allocation - self.drawn
+        counts = allocation - state.drawn
         seed = dr.opaque(mi.UInt32, self.seed)
         scale = dr.opaque(mi.Float, self.settings.spp**-0.5)
-        line = draw.Line(counts.ravel(), self.drawn.ravel())
+        line = draw.Line(counts.ravel(), state.drawn.ravel())
+        line.taken = state.taken
         while line.taken < line.total:
             window = line.take(even_pass(line.total - line.taken, self.pass_size))
             pass_start = time.perf_counter()
@@ -207,50 +252,91 @@ class Rendering:
             self.report.seconds_drawing += pass_seconds
             self.pass_size = next_pass_size(window.sample_count / pass_seconds)
             self.timed("seconds_statistics", self.add, window, samples)
-            if not self.go_on(window.sample_count):
-                break
-        self.drawn = allocation
-        seconds = time.perf_counter() - start
-        self.report.rounds.append(Round(int(counts.sum()), int(allocation.min()), int(allocation.max()), seconds))
+            state.taken = line.taken
+            state.done += window.sample_count
+            self.clock.passed(window.sample_count)
+            if not self.go_on(finished=line.taken >= line.total):
+                return
+        state.drawn, state.allocation, state.taken = allocation, None, 0
+        state.rounds.append(Round(int(counts.sum()), *extent(allocation), time.perf_counter() - start))
+        if self.settings.noise is not None:
+            self.measure_noise(anew=True)
+        if self.keeper is not None:
+            self.keeper.save_if_due(state)
 
     def add(self, window: draw.Window, samples: draw.Samples) -> None:
         """Add a pass to the estimate and wait for it."""
         self.estimate.add(window, samples)
         dr.sync_thread()
 
-    def go_on(self, drawn: int) -> bool:
-        """Tell the caller of progress; return whether to continue."""
-        self.done += drawn
-        if self.progress is None:
-            return True
-        if self.progress(Progress(self.done, self.total, time.perf_counter() - self.start)) is not False:
-            return True
-        self.report.complete = self.done >= self.total
-        return False
+    def measure_noise(self, anew: bool) -> None:
+        """Find how noisy the picture is, ``anew`` if it has changed since that was last found."""
+        image, stderr = self.timed("seconds_statistics", self.estimate.develop)
+        count = self.estimate.samples()
+        if anew:
+            self.state.meter.follow(self.view, self.settings, image, stderr, count)
+        self.noise = self.state.meter.look(self.view, self.settings, image, stderr)
+
+    def go_on(self, finished: bool) -> bool:
+        """Tell the caller of progress; return whether to continue with this round, or with what follows it."""
+        state = self.state
+        if self.keeper is not None and not finished:
+            self.keeper.save_if_due(state)
+        expected = min(self.total, state.done * (self.noise.needed if self.noise else np.inf))
+        left = self.clock.seconds_for(max(expected, state.done) - state.done)
+        now = Progress(
+            done=state.done,
+            total=round(max(expected, state.done)),
+            seconds=time.perf_counter() - self.start,
+            remaining=left,
+            noise=self.noise.error if self.noise else None,
+            converged=self.noise.converged if self.noise else None,
+            develop=lambda: self.estimate.develop()[0],
+            count=self.estimate.samples,
+        )
+        if self.progress is not None and self.progress(now) is False and state.done < self.total:
+            self.report.stopped_by = "person"
+        elif not finished and self.clock.is_over() and len(state.rounds) > 0:
+            self.report.stopped_by = "time"
+        return finished or self.report.stopped_by is None
 
     def develop(self) -> Result:
         """Return the picture and all that is known about it."""
-        if self.held_out is not None and not self.report.complete:
-            self.estimate.merge(self.held_out)
-            self.report.notes.append("Not unbiased, as it was stopped: the samples that decided are in the picture.")
+        state, report = self.state, self.report
+        if self.keeper is not None:
+            self.keeper.save(state)
+            report.notes = [*report.notes, *self.keeper.complaints]
+        if state.held_out is not None and (state.allocation is not None or not report.complete):
+            state.estimate.merge(state.held_out)
+            report.note("Not unbiased, as it was stopped: the samples that decided are in the picture.")
         image, stderr = self.timed("seconds_statistics", self.estimate.develop)
         statistics = self.estimate.statistics()
-        invalid = int(statistics.invalid.sum())
-        if invalid:
-            self.report.notes.append(
-                f"{invalid} samples in {np.count_nonzero(statistics.invalid)} pixels were not finite and are left out"
-                f"{empty_pixels(((statistics.count == 0) & (statistics.invalid > 0))[self.view.inner])}."
-            )
-        if not self.report.complete:
-            self.report.notes.append(f"Stopped after {self.done} of {self.total} samples.")
+        entropy = self.look().shape_entropy if state.looked else None
+        report.describe(self.view, statistics, state.done, self.total, self.noise)
         inner = self.view.inner
-        entropy = np.zeros(self.view.grid) if self.complexity is None else self.complexity.shape_entropy
         return Result(
             image=image,
             samples=statistics.count[inner],
             stderr=stderr,
-            complexity=entropy[inner].astype(np.float32),
+            complexity=self.layer(entropy),
+            importance=self.layer(state.importance),
+            cost=statistics.rays[inner],
             channels=list(self.view.channels),
             seconds=time.perf_counter() - self.start,
-            report=self.report,
+            report=report,
         )
+
+    def layer(self, values: NDArray | None) -> NDArray[np.float32]:
+        """Return the part of ``values`` (grid) that is in the image; zeros if there are none."""
+        return (np.zeros(self.view.grid) if values is None else values)[self.view.inner].astype(np.float32)
+
+
+def relative(importance: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Return an importance (H, W) as a multiple of its mean; zeros where that is not a number."""
+    mean = float(importance.mean())
+    return (importance / mean if 0 < mean < np.inf else np.zeros_like(importance)).astype(np.float32)
+
+
+def extent(counts: NDArray[np.uint32]) -> tuple[int, int]:
+    """Return the least and the most of some counts."""
+    return int(counts.min()), int(counts.max())

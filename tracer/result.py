@@ -5,12 +5,18 @@ from __future__ import annotations
 import base64
 import io
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.frame import Frame
+from tracer.halt import Reason
+from tracer.noise import Noise
 from tracer.settings import Settings
+
+if TYPE_CHECKING:
+    from tracer.estimate import Statistics
 
 
 @dataclass(frozen=True)
@@ -32,8 +38,16 @@ class Report:
     rounds: list[Round] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     """Sentences for a person: fallbacks, samples that were not finite, an interruption."""
-    complete: bool = True
-    """False if the render was stopped before its budget was spent."""
+    stopped_by: Reason | None = None
+    """What ended the render: its budget (spp), the noise target, the time, or a person. None while it goes on."""
+    noise: float | None = None
+    """Error that ``noise_share`` of the pixels are estimated to keep within; None if it was not asked for."""
+    converged: float | None = None
+    """Share of the pixels that are estimated to be within the noise target; None without one."""
+    pixels_at_most: int = 0
+    """Pixels that have as many samples as any may have."""
+    histogram: dict[str, int] = field(default_factory=dict)
+    """How many pixels have how many samples, by powers of two: "8-15" and so on."""
     seconds_drawing: float = 0.0
     """Of this, drawing the samples of the picture; the rest is overhead."""
     seconds_pilot: float = 0.0
@@ -42,10 +56,47 @@ class Report:
     seconds_statistics: float = 0.0
     """Adding samples to the estimate, and developing the image."""
 
+    @property
+    def complete(self) -> bool:
+        """Whether the render went on until its samples were spent, its noise was low enough or its time was over."""
+        return self.stopped_by != "person"
+
+    def note(self, text: str, once: str = "") -> None:
+        """Add a note, unless there is one that begins with ``once``."""
+        if not once or not any(note.startswith(once) for note in self.notes):
+            self.notes.append(text)
+
+    def describe(self, frame: Frame, statistics: Statistics, done: int, total: int, noise: Noise | None) -> None:
+        """Say what became of the pixels of the image."""
+        count, invalid = (each[frame.inner] for each in (statistics.count, statistics.invalid))
+        lost = int(statistics.invalid.sum())
+        if lost:
+            self.note(
+                f"{lost} samples in {np.count_nonzero(statistics.invalid)} pixels were not finite and are left out"
+                f"{empty_pixels((count == 0) & (invalid > 0))}."
+            )
+        if not self.complete:
+            self.note(f"Stopped after {done} of {total} samples.")
+        self.pixels_at_most = int(np.count_nonzero(count + invalid >= self.settings.most_samples))
+        self.histogram = histogram(count)
+        if noise is not None:
+            self.noise, self.converged = noise.error, noise.converged
+
     def as_dict(self) -> dict[str, Any]:
         """Return plain numbers, strings, lists and dictionaries, for JSON."""
         plain = {name: getattr(self, name) for name in vars(self) if name not in ("settings", "rounds")}
-        return {"settings": self.settings.model_dump(), "rounds": [vars(one) for one in self.rounds], **plain}
+        rounds = [vars(one) for one in self.rounds]
+        return {"settings": self.settings.model_dump(), "rounds": rounds, "complete": self.complete, **plain}
+
+
+def histogram(count: NDArray[np.uint32]) -> dict[str, int]:
+    """Return how many of some counts lie in each range between powers of two, by "first-last"; empty ends left out."""
+    exponents = np.frexp(count.astype(np.float64))[1]  # count = m 2^e with m in [0.5, 1)
+    found = {}
+    for exponent in range(int(exponents.min()), int(exponents.max()) + 1):
+        first, last = (1 << exponent) // 2, max((1 << exponent) - 1, 0)
+        found[str(first) if first == last else f"{first}-{last}"] = int(np.count_nonzero(exponents == exponent))
+    return found
 
 
 @dataclass(frozen=True)
@@ -60,6 +111,10 @@ class Result:
     """(H, W, C): estimated standard error of ``image``."""
     complexity: NDArray[np.float32]
     """(H, W): entropy in bits of the shape IDs that pilot rays hit; zeros if the criterion needs no pilot."""
+    importance: NDArray[np.float32]
+    """(H, W): by which the last round was shared out; zeros if all pixels were to have the same."""
+    cost: NDArray[np.float32]
+    """(H, W): mean rays of one sample."""
     channels: list[str]
     seconds: float
     """Wall-clock seconds from the first pilot ray to the developed image."""

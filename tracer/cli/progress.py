@@ -10,8 +10,8 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-from tracer.loop import Progress as Passed
-from tracer.loop import ProgressCallback
+from tracer.progress import Progress as Passed
+from tracer.progress import ProgressCallback
 from tracer.study.run import StepCallback
 
 

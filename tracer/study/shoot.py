@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 
 from tracer.errors import TracerError
-from tracer.loop import Progress
+from tracer.progress import Progress
 from tracer.study import oracle
 from tracer.study.cells import Cell, is_kept, store
 from tracer.study.methods import Foretold, Method, Setting, Shot, Studio

@@ -1,0 +1,136 @@
+"""A render that goes on from its checkpoint is the one that was never stopped; a checkpoint of another is refused."""
+
+import json
+
+import numpy as np
+import pytest
+
+import tracer
+from tracer import checkpoint
+from tracer.errors import CheckpointError, OutputError
+
+SETTINGS = {"spp": 32, "seed": 3}
+
+
+@pytest.fixture
+def small_passes(monkeypatch):
+    """Make passes so small that a render has dozens of them."""
+    monkeypatch.setattr("tracer.rounds.PASS_SIZES", (500, 500, 500))
+    monkeypatch.setattr("tracer.loop.PASS_SIZES", (500, 500, 500))
+
+
+def stop_after(samples):
+    return lambda now: now.done < samples
+
+
+def same(one, other):
+    for name in ("image", "samples", "stderr", "complexity", "importance", "cost"):
+        assert np.array_equal(getattr(one, name), getattr(other, name)), name
+
+
+@pytest.mark.parametrize(
+    "settings", [{}, {"criterion": "shape_entropy"}, {"unbiased": True, "spp": 64}, {"noise": 0.3}]
+)
+@pytest.mark.parametrize("part", [0.02, 0.15, 0.3, 0.7, 0.9])
+def test_a_resumed_render_is_the_one_that_was_never_stopped(cornell, tmp_path, small_passes, settings, part):
+    settings = SETTINGS | settings
+    whole = tracer.render(cornell(), **settings)
+    path = tmp_path / "state.ckpt"
+    drawn = sum(one.samples for one in whole.report.rounds)
+    first = tracer.render(cornell(), progress=stop_after(part * drawn), checkpoint=path, **settings)
+    assert first.report.stopped_by == "person"
+    resumed = tracer.render(cornell(), checkpoint=path, resume=True, **settings)
+    assert resumed.report.complete
+    same(resumed, whole)
+    assert [one.samples for one in resumed.report.rounds] == [one.samples for one in whole.report.rounds]
+    assert [note for note in resumed.report.notes if "Stopped" in note] == []
+
+
+def test_a_larger_budget_goes_on_where_the_smaller_ended(cornell, tmp_path):
+    path = tmp_path / "state.ckpt"
+    tracer.render(cornell(), spp=32, seed=3, checkpoint=path)
+    more = tracer.render(cornell(), spp=64, seed=3, checkpoint=path, resume=True)
+    same(more, tracer.render(cornell(), spp=64, seed=3))
+    again = tracer.render(cornell(), spp=64, seed=3, checkpoint=path, resume=True)  # nothing is left to do
+    assert np.array_equal(again.image, more.image)
+
+
+def test_without_a_checkpoint_there_is_nothing_to_resume_and_all_is_done(cornell, tmp_path):
+    path = tmp_path / "state.ckpt"
+    same(tracer.render(cornell(), spp=8, checkpoint=path, resume=True), tracer.render(cornell(), spp=8))
+    assert path.exists()
+    with pytest.raises(OutputError, match=r"state\.ckpt' exists"):
+        tracer.render(cornell(), spp=8, checkpoint=path)
+
+
+def brighter(scene):
+    scene["light"]["emitter"]["radiance"]["value"] = [20.0, 15.0, 10.0]
+    return scene
+
+
+@pytest.mark.parametrize(
+    ("change", "settings", "message"),
+    [
+        (lambda scene: scene, {"seed": 4}, "seed 3 there and 4 here"),
+        (lambda scene: scene, {"criterion": "variance"}, "criterion fused there and variance here"),
+        (lambda scene: scene, {"size": 12}, r"size \[24, 16\] there and \[12, 8\] here"),
+        (lambda scene: scene, {"integrator": "direct"}, "another integrator"),
+        (lambda scene: scene, {"importance": np.eye(16, 24)}, "another importance"),
+        (brighter, {}, "another scene"),
+    ],
+)
+def test_a_checkpoint_of_another_render_is_refused(cornell, tmp_path, change, settings, message):
+    path = tmp_path / "state.ckpt"
+    tracer.render(cornell(), checkpoint=path, **SETTINGS)
+    before = path.read_bytes()
+    with pytest.raises(CheckpointError, match=message):
+        tracer.render(change(cornell()), checkpoint=path, resume=True, **SETTINGS | settings)
+    assert path.read_bytes() == before
+
+
+def test_another_version_is_refused(cornell, tmp_path, monkeypatch):
+    path = tmp_path / "state.ckpt"
+    tracer.render(cornell(), checkpoint=path, **SETTINGS)
+    monkeypatch.setattr(checkpoint, "version", lambda: "99")
+    with pytest.raises(CheckpointError, match=r"version 0\.1\.0 there and 99 here"):
+        tracer.render(cornell(), checkpoint=path, resume=True, **SETTINGS)
+
+
+def test_damage_is_noticed_wherever_it_is(cornell, tmp_path):
+    path = tmp_path / "state.ckpt"
+    tracer.render(cornell(size=(4, 4)), spp=8, checkpoint=path)
+    whole = path.read_bytes()
+    random = np.random.default_rng(0)
+    undamaged = checkpoint.read(path)
+    for k in range(300):
+        damaged = bytearray(whole)
+        place = int(random.integers(len(whole)))
+        if k % 3:
+            damaged[place] ^= int(random.integers(1, 256))
+        else:
+            del damaged[place:]
+        path.write_bytes(damaged)
+        try:
+            found = checkpoint.read(path)
+        except CheckpointError as error:
+            assert "damaged" in str(error)  # noqa: PT017
+        else:  # bytes that nobody reads, such as a date
+            assert json.dumps(found.plain) == json.dumps(undamaged.plain)
+            assert all(np.array_equal(found.arrays[name], array) for name, array in undamaged.arrays.items())
+
+
+def test_a_checkpoint_that_cannot_be_written_does_not_stop_the_render(cornell, tmp_path, monkeypatch):
+    path = tmp_path / "state.ckpt"
+    tracer.render(cornell(), spp=8, checkpoint=path)
+    before = path.read_bytes()
+
+    def full(*arguments, **keywords):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(np, "savez", full)
+    result = tracer.render(cornell(), spp=16, checkpoint=path, resume=True)
+    assert result.report.complete
+    assert "No space left on device" in result.report.notes[-1]
+    assert "could be written is still there" in result.report.notes[-1]
+    assert path.read_bytes() == before
+    assert [each.name for each in tmp_path.iterdir()] == ["state.ckpt"]

@@ -1,0 +1,184 @@
+"""Checkpoints: the state of a render in a file, to go on from after whatever has happened, or to be merged.
+
+A file holds the sums of all samples so far and what decisions depend on. As samples are keyed, a render that goes on
+from it is the one that was never stopped. It is written beside the old one and takes its place when it is whole; it
+holds numbers and JSON only, nothing that runs when it is read.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+import zipfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer import files
+from tracer.errors import CheckpointError, OutputError
+from tracer.estimate import Estimate
+from tracer.metadata import version
+from tracer.scene import View
+from tracer.settings import Settings
+from tracer.source import fingerprint
+from tracer.state import Arrays, State
+
+FORMAT = 1
+"""Changed when older files cannot be gone on from any more."""
+EVERY_SECONDS = 60.0
+LONGEST_SHARE = 0.05
+"""Most of the time that is spent on writing checkpoints, but for the last."""
+MAY_CHANGE = ("spp", "noise", "noise_share", "time", "max_spp", "importance")
+"""Settings with which a render may go on that were others before; of an importance image the content counts."""
+HEADER = "header"
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """What a file holds."""
+
+    path: Path
+    identity: dict[str, Any]
+    """What must agree: scene, view, settings, versions."""
+    frame: dict[str, Any]
+    """Fields of ``PlainFrame``, and ``kinds``: moments and peaks of the estimate."""
+    plain: dict[str, Any]
+    arrays: Arrays
+    sources: list[str]
+    """What the samples are of, one entry a render: the same one twice must not be merged."""
+
+
+def write(
+    path: Path, identity: dict[str, Any], frame: dict[str, Any], state: tuple[Arrays, Any], sources: list[str]
+) -> None:
+    """Write a checkpoint. Raises OutputError; what was there before is there still."""
+    arrays, plain = state
+    header = {"format": FORMAT, "identity": identity, "frame": frame, "plain": plain, "sources": sources}
+    text = np.frombuffer(json.dumps(header).encode(), np.uint8)
+    files.write_arrays(path, {HEADER: text, **arrays}, durable=True)
+
+
+def read(path: Path) -> Checkpoint:
+    """Return what a file holds. Raises CheckpointError if there is none or it is not whole."""
+    if not path.is_file():
+        raise CheckpointError(f"There is no checkpoint '{path}'.")
+    try:
+        with zipfile.ZipFile(path) as archive:  # before a damaged length is believed
+            if archive.testzip() is not None:
+                raise ValueError("a checksum is wrong")
+        with np.load(path, allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in archive.files}
+        header = json.loads(arrays.pop(HEADER).tobytes())
+        if header["format"] != FORMAT:
+            raise CheckpointError(
+                f"'{path}' was written by another version of tracer ({header['identity']['version']})."
+            )
+        return Checkpoint(path, header["identity"], header["frame"], header["plain"], arrays, header["sources"])
+    except CheckpointError:
+        raise
+    except Exception:  # whatever bytes can do to the readers of ZIP, NumPy and JSON
+        raise CheckpointError(f"'{path}' is no checkpoint, or a damaged one; remove it to begin anew.") from None
+
+
+def identity_of(view: View, settings: Settings, wanted: NDArray[np.float64], scene_hash: str) -> dict[str, Any]:
+    """Return what two renders must share to be parts of one, by a name that a person understands."""
+    chosen = {name: value for name, value in settings.model_dump().items() if name not in MAY_CHANGE}
+    film = view.film
+    return {
+        "version": version(),
+        "Mitsuba": mi.__version__,
+        "variant": mi.variant(),
+        "scene": scene_hash,
+        "sensor": digest(str(view.sensor)),
+        "size": [int(x) for x in film.size()],
+        "crop": [int(x) for x in (*film.crop_offset(), *film.crop_size())],
+        "integrator": digest(str(view.integrator)),
+        "importance": digest(wanted.tobytes()),
+        **chosen,
+    }
+
+
+def digest(content: str | bytes) -> str:
+    """Return a hash of 16 digits."""
+    return hashlib.sha256(content.encode() if isinstance(content, str) else content).hexdigest()[:16]
+
+
+HASHED = ("scene", "sensor", "integrator", "importance")
+
+
+def differences(own: dict[str, Any], other: dict[str, Any], but: Sequence[str] = ()) -> list[str]:
+    """Return what differs between two identities, a clause each."""
+    found = []
+    for name in (*own, *(name for name in other if name not in own)):
+        here, there = own.get(name), other.get(name)
+        if name not in but and here != there:
+            found.append(f"another {name}" if name in HASHED else f"{name} {there} there and {here} here")
+    return found
+
+
+class Keeper:
+    """Keeps the state of one render in a file."""
+
+    def __init__(self, path: Path, scene_hash: str, resume: bool, every: float = EVERY_SECONDS) -> None:
+        """``resume``: go on from the file if there is one; ``every``: seconds between two writes."""
+        self.path, self.scene_hash, self.resume, self.every = path, scene_hash, resume, every
+        self.complaints: list[str] = []
+        self.resumed_from = 0
+        """Samples that were there at the start."""
+        self.written = time.monotonic()
+        self.took = 0.0
+
+    def bind(self, view: View, settings: Settings, wanted: NDArray[np.float64], kinds: tuple[int, int]) -> None:
+        """Learn which render it is."""
+        self.view, self.kinds = view, kinds
+        self.identity = identity_of(view, settings, wanted, self.scene_hash)
+
+    def load(self, beginning: State) -> State:
+        """Return the state of the file, or ``beginning`` if there is none. Raises CheckpointError."""
+        if not self.resume or not self.path.exists():
+            return beginning
+        kept = read(self.path)
+        if other := differences(self.identity, kept.identity):
+            raise CheckpointError(
+                f"Checkpoint '{self.path}' is of another render: {'; '.join(other)}. "
+                "Resume it as it was begun, or name another file."
+            )
+        if "generator" not in kept.plain:
+            raise CheckpointError(f"'{self.path}' is a merge; it can be merged further, but not rendered on from.")
+        try:
+            beginning.unpack(kept.arrays, kept.plain, Estimate(self.view, *self.kinds))
+        except (ValueError, KeyError, TypeError):
+            raise CheckpointError(f"'{self.path}' is a damaged checkpoint; remove it to begin anew.") from None
+        self.resumed_from = beginning.done
+        return beginning
+
+    def save_if_due(self, state: State) -> None:
+        """Write the file if it is time. That it cannot be written is kept as a complaint: the render goes on."""
+        pause = max(self.every, self.took / LONGEST_SHARE)
+        if time.monotonic() - self.written >= pause:
+            self.save(state)
+
+    def save(self, state: State) -> None:
+        """Write the file."""
+        start = time.monotonic()
+        frame = {"size": self.view.size, "border": self.view.border, "channels": self.view.channels}
+        frame |= {"reach": self.view.reach, "kinds": self.kinds}
+        try:
+            write(self.path, self.identity, frame, state.pack(), [f"seed {self.identity['seed']}"])
+            self.complaints.clear()
+        except OutputError as error:
+            self.complaints[:] = [f"{error} The last checkpoint that could be written is still there."]
+        self.written = time.monotonic()
+        self.took = self.written - start
+
+
+def open_keeper(path: Path, scene: Any, resume: bool, overwrite: bool = False, every: float = EVERY_SECONDS) -> Keeper:
+    """Return a keeper for a file that can be written. Raises OutputError, and what ``fingerprint`` raises."""
+    files.check_output(path, overwrite or resume, suffixes=())
+    return Keeper(path, fingerprint(scene), resume and not overwrite, every)

@@ -1,0 +1,86 @@
+"""When a render is over: its samples are spent, the picture is good enough, or time is up."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from typing import Literal
+
+from tracer.frame import Frame
+from tracer.noise import Noise
+from tracer.settings import Settings
+
+Reason = Literal["spp", "noise", "time", "person"]
+"""What ended a render: the budget, the noise target, the time, or a person."""
+
+MARGIN = 1.05
+"""Samples beyond those that a noise target seems to need."""
+LEAST_GROWTH = 1.2
+"""Of a round, where a noise target asks for little more: deciding and measuring cost as much as a few samples."""
+WORTHWHILE = 0.05
+"""Least part of the samples so far for which another round is begun in the time that is left."""
+SAFETY = 0.9
+"""Part of the time left that a round is planned for."""
+MEMORY = 0.8
+"""Weight of all earlier passes against the last one in the rate of samples."""
+SECONDS_PER_PIXEL = 2e-6
+"""To develop and write a picture, and"""
+SECONDS_TO_END = 0.1
+"""for everything else at the end."""
+
+
+class Clock:
+    """Time spent and time left."""
+
+    def __init__(self, limit: float | None, started: float, frame: Frame) -> None:
+        """``started``: value of ``time.perf_counter()`` from which ``limit`` seconds count."""
+        reserve = SECONDS_TO_END + SECONDS_PER_PIXEL * frame.pixel_count
+        self.end = None if limit is None else started + limit - reserve
+        self.last = time.perf_counter()
+        self.first = True
+        self.pass_seconds = 0.0
+        self.samples = 0.0
+        self.seconds = 0.0
+
+    def passed(self, samples: int) -> None:
+        """Note a pass, with all that was done since the one before."""
+        now = time.perf_counter()
+        self.pass_seconds = now - self.last
+        # The first pass compiles: it says little of the others.
+        keep = 0.0 if self.first or self.samples < 0 else MEMORY
+        self.first, self.last = self.samples == 0, now
+        self.samples = keep * self.samples + samples
+        self.seconds = keep * self.seconds + self.pass_seconds
+
+    def seconds_for(self, samples: float) -> float | None:
+        """Return the seconds that some more samples will take; None before there was a pass."""
+        return None if self.samples == 0 else samples * self.seconds / self.samples
+
+    def samples_left(self) -> float:
+        """Return how many samples fit in the time that is left."""
+        if self.end is None:
+            return float("inf")
+        return max(self.end - time.perf_counter(), 0.0) * self.samples / max(self.seconds, 1e-9)
+
+    def is_over(self) -> bool:
+        """Return whether there is no time for another pass."""
+        return self.end is not None and time.perf_counter() + self.pass_seconds > self.end
+
+
+def next_goal(
+    goals: Sequence[int], done: int, settings: Settings, noise: Noise | None, clock: Clock
+) -> tuple[int | None, Reason | None]:
+    """Return the samples that there are to be after the next round, or None and why there is none."""
+    goal = next((each for each in goals if each > done), None)
+    if goal is None:
+        return None, "spp"
+    if settings.noise is not None and noise is not None and noise.measured:
+        if noise.error <= settings.noise:
+            return None, "noise"
+        goal = min(goal, round(done * max(MARGIN * noise.needed, LEAST_GROWTH)))
+    if settings.time is not None and done > 0:
+        left = clock.samples_left()
+        if left < WORTHWHILE * done:
+            return None, "time"
+        goal = min(goal, done + max(int(SAFETY * left), 1))
+    return goal, None

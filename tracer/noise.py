@@ -1,0 +1,121 @@
+"""How noisy a picture still is: the error that a stated share of its pixels keeps within.
+
+The error of a pixel is the root of the objective's weight times the squared error, mean over colour channels. For
+``relative`` it is the part of the pixel's brightness by which it is off (of 0.1 where it is darker), for ``display`` a
+difference on an sRGB screen from 0 to 1, for ``absolute`` radiance.
+
+Two sources. The standard errors say how errors are distributed over the picture, but a stratified sequence errs less
+than they say, and rare light errs by more. How far the picture moved in the last round is a measurement: while counts
+double, the mean moves by as much, in standard deviation, as it is still off. So the quantile that standard errors
+predict for the move is compared with that of the move itself, and the ratio carried over to what is left. A ratio that
+rises from round to round, as when rare light is being discovered, is taken to rise once more.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter
+from scipy.special import erf
+
+from tracer import objective
+from tracer.frame import Frame
+from tracer.settings import Settings
+
+Floats = NDArray[np.float64]
+LOOKED_AT = 1 << 16
+"""About so many pixels are looked at, evenly spread."""
+STEPS = 60
+"""Of the bisection of a logarithm."""
+MOST_TREND = 2.0
+
+
+@dataclass(frozen=True)
+class Noise:
+    """What is known of the error after a round."""
+
+    error: float
+    """``share`` of the pixels are estimated to be off by no more."""
+    converged: float | None
+    """Share of the pixels within the target; None without one."""
+    needed: float
+    """Times as many samples meet the target, if the squared error falls as one over their number; 1 if it is met."""
+    measured: bool
+    """Whether the picture was seen to move; if not, standard errors alone say so."""
+
+
+@dataclass
+class NoiseMeter:
+    """Follows a picture from round to round."""
+
+    image: NDArray[np.float32] | None = None
+    """(H, W, C): as it was after the last round."""
+    count: NDArray[np.uint32] | None = None
+    """(H, W): samples of each pixel then."""
+    factor: float | None = None
+    """Measured over predicted move of the last round."""
+    scale: float | None = None
+    """By which standard errors are multiplied."""
+
+    def follow(
+        self,
+        frame: Frame,
+        settings: Settings,
+        image: NDArray[np.float32],
+        stderr: NDArray[np.float32],
+        count: NDArray[np.uint32],
+    ) -> None:
+        """Take in the picture (H, W, C) after a round, with its standard errors and counts (H, W)."""
+        if self.image is not None and self.count is not None:
+            root = root_of_weights(frame, settings, image)
+            moved = looked_at(root * root_mean_square(image - self.image, frame))
+            now, before = (uniform_filter(each.astype(np.float64), 3, mode="nearest") for each in (count, self.count))
+            growth = np.maximum(now / np.maximum(before, 1e-9) - 1.0, 0.0)
+            expected = looked_at(root * root_mean_square(stderr, frame) * np.sqrt(growth))
+            most = bound(expected, settings.noise_share)
+            factor = float(np.quantile(moved, settings.noise_share)) / most if most > 0 else 1.0
+            trend = factor / self.factor if self.factor else 1.0
+            self.factor, self.scale = factor, factor * min(max(trend, 1.0), MOST_TREND)
+        self.image, self.count = image, count
+
+    def look(self, frame: Frame, settings: Settings, image: NDArray[np.float32], stderr: NDArray[np.float32]) -> Noise:
+        """Return the noise of a picture (H, W, C) with its standard errors."""
+        scale = 1.0 if self.scale is None else self.scale
+        deviation = scale * looked_at(root_of_weights(frame, settings, image) * root_mean_square(stderr, frame))
+        error, target = bound(deviation, settings.noise_share), settings.noise
+        converged, needed = (None, 1.0) if target is None else (within(deviation, target), (error / target) ** 2)
+        return Noise(error, converged, max(needed, 1.0), self.scale is not None)
+
+
+def root_of_weights(frame: Frame, settings: Settings, image: NDArray[np.float32]) -> Floats:
+    """Return the root of the objective's weight of each pixel of a picture (H, W)."""
+    return np.sqrt(objective.weights(settings.objective, frame.luminance(image), settings.exposure))
+
+
+def looked_at(values: Floats) -> Floats:
+    """Return the values (H, W) of LOOKED_AT pixels or a few more, (P,)."""
+    return values.ravel()[:: (values.size // LOOKED_AT) | 1]  # odd, or it would see a few columns only
+
+
+def root_mean_square(values: NDArray[np.float32], frame: Frame) -> Floats:
+    """Return the root of the mean square over colour channels (H, W)."""
+    return np.sqrt(np.mean(np.square(values[..., : frame.colour_channels], dtype=np.float64), axis=-1))
+
+
+def within(deviation: Floats, limit: float) -> float:
+    """Return the share of pixels off by no more than ``limit``, for normal errors of standard ``deviation`` (P,)."""
+    return float(np.mean(erf(limit / np.maximum(np.sqrt(2.0) * deviation, 1e-300))))
+
+
+def bound(deviation: Floats, share: float) -> float:
+    """Return what ``share`` of the pixels keep within, for normal errors of standard ``deviation`` (P,) >= 0."""
+    top = float(deviation.max(initial=0.0))
+    if not 0.0 < top < np.inf:
+        return top
+    low, high = np.log(top) - 60.0, np.log(top) + 3.0
+    for _ in range(STEPS):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if within(deviation, float(np.exp(middle))) >= share else (middle, high)
+    return float(np.exp(high))

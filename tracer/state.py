@@ -1,0 +1,95 @@
+"""All that a render needs to go on from where it is: what a checkpoint keeps."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer.estimate import Estimate, Statistics
+from tracer.noise import NoiseMeter
+from tracer.result import Round
+from tracer.scene import View
+from tracer.settings import Settings
+
+Arrays = dict[str, NDArray]
+
+
+@dataclass
+class State:
+    """A render between two passes."""
+
+    estimate: Estimate
+    generator: np.random.Generator
+    """Rounds counts at random."""
+    drawn: NDArray[np.uint32]
+    """(grid): samples of each pixel after the last whole round, those held out not counted."""
+    allocation: NDArray[np.uint32] | None = None
+    """(grid): the same after the round that is under way; None between rounds."""
+    taken: int = 0
+    """Samples of that round that are drawn."""
+    done: int = 0
+    """Samples drawn in all."""
+    before: Statistics | None = None
+    """What was known when the last round was decided."""
+    held_out: Estimate | None = None
+    """Samples that decided and are kept out of the picture."""
+    held_out_samples: int = 0
+    looked: bool = False
+    """Whether pilot rays were traced; as they are keyed, they can be traced again."""
+    importance: NDArray[np.float32] | None = None
+    """(grid): by which the last round was decided."""
+    meter: NoiseMeter = field(default_factory=NoiseMeter)
+    rounds: list[Round] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    @classmethod
+    def beginning(cls, view: View, settings: Settings, kinds: tuple[int, int]) -> State:
+        """Return the state before the first sample; ``kinds``: moments and peaks that the criterion asks for."""
+        generator = np.random.default_rng(np.random.SeedSequence([settings.seed, 1]))
+        return cls(Estimate(view, *kinds), generator, np.zeros(view.grid, np.uint32))
+
+    def pack(self) -> tuple[Arrays, dict[str, Any]]:
+        """Return arrays by name, and the rest as plain values for JSON."""
+        arrays: Arrays = {"drawn": self.drawn}
+        optional = {"allocation": self.allocation, "importance": self.importance}
+        optional |= {"meter.image": self.meter.image, "meter.count": self.meter.count}
+        arrays |= {name: array for name, array in optional.items() if array is not None}
+        if self.before is not None:
+            arrays |= {f"before.{name}": array for name, array in vars(self.before).items()}
+        for name, estimate in (("estimate", self.estimate), ("held_out", self.held_out)):
+            if estimate is not None:
+                arrays |= {f"{name}.{k}": array for k, array in enumerate(estimate.state())}
+        plain = {name: getattr(self, name) for name in ("taken", "done", "held_out_samples", "looked", "notes")}
+        plain |= {
+            "factor": self.meter.factor,
+            "scale": self.meter.scale,
+            "rounds": [asdict(one) for one in self.rounds],
+        }
+        return arrays, {**plain, "generator": self.generator.bit_generator.state}
+
+    def unpack(self, arrays: Arrays, plain: dict[str, Any], new: Estimate) -> None:
+        """Take over what was packed; ``new``: an empty estimate for samples held out. Raises ValueError, KeyError."""
+        self.estimate.restore(part(arrays, "estimate"))
+        if "held_out.0" in arrays:
+            new.restore(part(arrays, "held_out"))
+            self.held_out = new
+        for name in ("taken", "done", "held_out_samples", "looked", "notes"):
+            setattr(self, name, plain[name])
+        self.drawn, self.allocation = arrays["drawn"], arrays.get("allocation")
+        self.importance = arrays.get("importance")
+        fields = {name.removeprefix("before."): array for name, array in arrays.items() if name.startswith("before.")}
+        self.before = Statistics(**fields) if fields else None
+        self.meter = NoiseMeter(arrays.get("meter.image"), arrays.get("meter.count"), plain["factor"], plain["scale"])
+        self.rounds = [Round(**one) for one in plain["rounds"]]
+        self.generator.bit_generator.state = plain["generator"]
+
+
+def part(arrays: Arrays, name: str) -> list[NDArray]:
+    """Return the arrays ``name.0``, ``name.1``, ... in order."""
+    found: list[NDArray] = []
+    while f"{name}.{len(found)}" in arrays:
+        found.append(arrays[f"{name}.{len(found)}"])
+    return found
