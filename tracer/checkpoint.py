@@ -50,18 +50,17 @@ class Checkpoint:
     """Fields of ``PlainFrame``, and ``kinds``: moments and peaks of the estimate."""
     plain: dict[str, Any]
     arrays: Arrays
+    settings: dict[str, Any]
+    """All settings, those that may change too."""
     sources: list[str]
     """What the samples are of, one entry a render: the same one twice must not be merged."""
 
 
-def write(
-    path: Path, identity: dict[str, Any], frame: dict[str, Any], state: tuple[Arrays, Any], sources: list[str]
-) -> None:
+def write(checkpoint: Checkpoint) -> None:
     """Write a checkpoint. Raises OutputError; what was there before is there still."""
-    arrays, plain = state
-    header = {"format": FORMAT, "identity": identity, "frame": frame, "plain": plain, "sources": sources}
-    text = np.frombuffer(json.dumps(header).encode(), np.uint8)
-    files.write_arrays(path, {HEADER: text, **arrays}, durable=True)
+    header = {name: value for name, value in vars(checkpoint).items() if name not in ("path", "arrays")}
+    text = np.frombuffer(json.dumps({"format": FORMAT, **header}).encode(), np.uint8)
+    files.write_arrays(checkpoint.path, {HEADER: text, **checkpoint.arrays}, durable=True)
 
 
 def read(path: Path) -> Checkpoint:
@@ -75,11 +74,11 @@ def read(path: Path) -> Checkpoint:
         with np.load(path, allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
         header = json.loads(arrays.pop(HEADER).tobytes())
-        if header["format"] != FORMAT:
+        if header.pop("format") != FORMAT:
             raise CheckpointError(
                 f"'{path}' was written by another version of tracer ({header['identity']['version']})."
             )
-        return Checkpoint(path, header["identity"], header["frame"], header["plain"], arrays, header["sources"])
+        return Checkpoint(path=path, arrays=arrays, **header)
     except CheckpointError:
         raise
     except Exception:  # whatever bytes can do to the readers of ZIP, NumPy and JSON
@@ -136,7 +135,7 @@ class Keeper:
 
     def bind(self, view: View, settings: Settings, wanted: NDArray[np.float64], kinds: tuple[int, int]) -> None:
         """Learn which render it is."""
-        self.view, self.kinds = view, kinds
+        self.view, self.settings, self.kinds = view, settings, kinds
         self.identity = identity_of(view, settings, wanted, self.scene_hash)
 
     def load(self, beginning: State) -> State:
@@ -167,10 +166,20 @@ class Keeper:
     def save(self, state: State) -> None:
         """Write the file."""
         start = time.monotonic()
-        frame = {"size": self.view.size, "border": self.view.border, "channels": self.view.channels}
-        frame |= {"reach": self.view.reach, "kinds": self.kinds}
+        frame = {name: getattr(self.view, name) for name in ("size", "border", "channels", "reach")}
+        arrays, plain = state.pack()
         try:
-            write(self.path, self.identity, frame, state.pack(), [f"seed {self.identity['seed']}"])
+            write(
+                Checkpoint(
+                    path=self.path,
+                    identity=self.identity,
+                    frame={**frame, "kinds": self.kinds},
+                    plain=plain,
+                    arrays=arrays,
+                    settings=self.settings.model_dump(),
+                    sources=[f"seed {self.settings.seed}"],
+                )
+            )
             self.complaints.clear()
         except OutputError as error:
             self.complaints[:] = [f"{error} The last checkpoint that could be written is still there."]

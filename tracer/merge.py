@@ -1,0 +1,98 @@
+"""Merge checkpoints of one picture, rendered with different seeds: on a farm, every machine renders some samples."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tracer import backend, checkpoint
+from tracer.checkpoint import Checkpoint, differences
+from tracer.errors import CheckpointError
+from tracer.estimate import Estimate
+from tracer.frame import PlainFrame
+from tracer.result import Report, Result
+from tracer.settings import MOST_SPP, make_settings
+from tracer.state import part
+
+
+def merge(paths: Sequence[Path], output: Path | None = None) -> tuple[Result, Checkpoint]:
+    """Return the picture of all samples of some checkpoints, every pixel weighted by its counts, and what they share.
+
+    ``output``: checkpoint of all of them to write, for another merge. Raises CheckpointError for checkpoints of
+    different pictures, or that hold the same samples.
+    """
+    start = time.perf_counter()
+    if not paths:
+        raise CheckpointError("There is nothing to merge; name one checkpoint or more.")
+    first = checkpoint.read(paths[0])
+    variant = backend.activate(first.identity["variant"])
+    if other := differences({"variant": variant}, {"variant": first.identity["variant"]}):
+        raise CheckpointError(f"'{paths[0]}' cannot be merged here: {other[0]}.")
+    total = sums(first)
+    sources, done = list(first.sources), int(first.plain["done"])
+    for path in paths[1:]:
+        kept = checkpoint.read(path)
+        if found := differences(first.identity, kept.identity, but=("seed",)):
+            raise CheckpointError(f"'{path}' is not of the picture of '{paths[0]}': {'; '.join(found)}.")
+        if twice := [source for source in kept.sources if source in sources]:
+            raise CheckpointError(
+                f"'{path}' holds samples that are in those before it ({', '.join(twice)}); "
+                "render parts of one picture with different seeds."
+            )
+        total.merge(sums(kept))
+        sources += kept.sources
+        done += int(kept.plain["done"])
+    whole = replace(first, sources=sources, plain={"done": done})
+    if output is not None:
+        arrays = {f"estimate.{k}": array for k, array in enumerate(total.state())}
+        checkpoint.write(replace(whole, path=output, arrays=arrays))
+    return picture(total, whole, time.perf_counter() - start), whole
+
+
+def sums(kept: Checkpoint) -> Estimate:
+    """Return the estimate of a checkpoint. Raises CheckpointError."""
+    try:
+        total = restored(kept, "estimate")
+        if "allocation" in kept.arrays and "held_out.0" in kept.arrays:
+            total.merge(restored(kept, "held_out"))  # stopped: as in the picture that was made of it
+        return total
+    except (ValueError, KeyError, TypeError):
+        raise CheckpointError(f"'{kept.path}' is a damaged checkpoint; render it anew.") from None
+
+
+def restored(kept: Checkpoint, name: str) -> Estimate:
+    """Return one of the estimates of a checkpoint. Raises ValueError, KeyError."""
+    fields: dict[str, Any] = dict(kept.frame)
+    kinds, size = fields.pop("kinds"), tuple(fields.pop("size"))
+    estimate = Estimate(PlainFrame(size=(size[0], size[1]), **fields), *kinds)
+    estimate.restore(part(kept.arrays, name))
+    return estimate
+
+
+def picture(total: Estimate, whole: Checkpoint, seconds: float) -> Result:
+    """Return the result of a merged estimate."""
+    frame = total.view
+    image, stderr = total.develop()
+    statistics = total.statistics()
+    spp = min(max(round(whole.plain["done"] / frame.pixel_count), 1), MOST_SPP)
+    chosen = {name: value for name, value in whole.settings.items() if name not in ("min_spp", "max_spp", "pilot_spp")}
+    report = Report(make_settings(**{**chosen, "spp": spp, "unbiased": False}), stopped_by="spp")
+    report.note(f"Merged: {', '.join(whole.sources)}.")
+    report.describe(frame, statistics, whole.plain["done"], whole.plain["done"], None)
+    nothing = np.zeros(frame.size, np.float32)
+    return Result(
+        image=image,
+        samples=statistics.count[frame.inner],
+        stderr=stderr,
+        complexity=nothing,
+        importance=nothing,
+        cost=statistics.rays[frame.inner],
+        channels=list(frame.channels),
+        seconds=seconds,
+        report=report,
+    )
