@@ -48,7 +48,7 @@ def test_what_cannot_be_merged(cornell, tmp_path):
     part(cornell, seven, 1, spp=16)
     with pytest.raises(CheckpointError, match="nothing to merge"):
         merge([])
-    with pytest.raises(CheckpointError, match="not of the picture of .*size"):
+    with pytest.raises(CheckpointError, match=r"not of the picture of .*size"):
         merge([one, other])
     with pytest.raises(CheckpointError, match=r"holds samples that are in those before it \(seed 1\)"):
         merge([one, seven])

@@ -26,7 +26,6 @@ from tracer.estimate import Estimate
 from tracer.metadata import version
 from tracer.scene import View
 from tracer.settings import Settings
-from tracer.source import fingerprint
 from tracer.state import Arrays, State
 
 FORMAT = 1
@@ -166,7 +165,7 @@ class Keeper:
     def save(self, state: State) -> None:
         """Write the file."""
         start = time.monotonic()
-        frame = {name: getattr(self.view, name) for name in ("size", "border", "channels", "reach")}
+        frame = {name: getattr(self.view, name) for name in ("size", "border", "channels", "reach", "window")}
         arrays, plain = state.pack()
         try:
             write(
@@ -187,7 +186,9 @@ class Keeper:
         self.took = self.written - start
 
 
-def open_keeper(path: Path, scene: Any, resume: bool, overwrite: bool = False, every: float = EVERY_SECONDS) -> Keeper:
-    """Return a keeper for a file that can be written. Raises OutputError, and what ``fingerprint`` raises."""
+def open_keeper(
+    path: Path, scene_hash: str, resume: bool, overwrite: bool = False, every: float = EVERY_SECONDS
+) -> Keeper:
+    """Return a keeper for a file that can be written. Raises OutputError."""
     files.check_output(path, overwrite or resume, suffixes=())
-    return Keeper(path, fingerprint(scene), resume and not overwrite, every)
+    return Keeper(path, scene_hash, resume and not overwrite, every)

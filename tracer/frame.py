@@ -22,6 +22,8 @@ class Frame:
     """Names of the channels of the image."""
     reach: int
     """How many pixels away a sample still counts through the reconstruction filter; 0 for a box filter."""
+    window: tuple[int, int, int, int]
+    """x and y of the image within the film, and width and height of the film."""
 
     @property
     def grid(self) -> tuple[int, int]:
@@ -65,3 +67,4 @@ class PlainFrame(Frame):
     border: int
     channels: list[str]
     reach: int
+    window: tuple[int, int, int, int]

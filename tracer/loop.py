@@ -22,8 +22,9 @@ from tracer.noise import Noise
 from tracer.progress import Progress, ProgressCallback
 from tracer.result import Report, Result, Round
 from tracer.rounds import GROWTH, PASS_SIZES, PRIORITY_GROWTH, even_pass, next_pass_size, round_goals
-from tracer.scene import Size, View, open_scene
+from tracer.scene import Crop, Size, View, open_scene
 from tracer.settings import Settings, make_settings
+from tracer.source import fingerprint
 from tracer.state import State
 from tracer.wanted import wanted
 
@@ -37,6 +38,8 @@ def render(
     integrator: Any = None,
     sensor: int = 0,
     size: Size = None,
+    crop: Crop = None,
+    define: dict[str, str] | None = None,
     progress: ProgressCallback | None = None,
     importance: Any = None,
     checkpoint: str | Path | None = None,
@@ -47,9 +50,10 @@ def render(
 ) -> Result:
     """Render ``scene`` (path of an XML file, dictionary, or ``mi.Scene``) and return picture, counts and errors.
 
-    ``importance``: array (H, W) or image file whose values multiply the importance of each pixel. ``checkpoint``: file
-    to keep the state in, every ``checkpoint_every`` seconds and at the end; ``resume``: go on from it if it is there.
-    ``started``: value of ``time.perf_counter()`` from which a limit of time counts, instead of now. Further keywords
+    ``sensor``: number or ``mi.Sensor``; ``size``, ``crop``: see ``tracer.scene``; ``define``: values of the $parameters
+    of a file. ``importance``: array (H, W) or image file whose values multiply the importance of each pixel.
+    ``checkpoint``: file to keep the state in, every ``checkpoint_every`` seconds and at the end; ``resume``: go on from
+    it if it is there. ``started``: value of ``time.perf_counter()`` from which a limit of time counts, instead of now. Further keywords
     are those of ``tracer.settings.Settings``: spp, noise, time, seed, criterion, objective, exposure, pilot_spp,
     min_spp, max_spp, cost, block, unbiased, shape_weights; where the scene's integrator is ``adaptive``, its parameters
     are the defaults. Sets the Mitsuba variant ``llvm_ad_rgb`` unless one is active. Raises the errors of
@@ -59,8 +63,10 @@ def render(
     backend.activate()
     if isinstance(importance, str | Path):
         settings["importance"], importance = str(importance), None
-    keeper = None if checkpoint is None else open_keeper(Path(checkpoint), scene, resume, every=checkpoint_every)
-    with open_scene(scene, sensor, integrator, size) as view:
+    keeper = None
+    if checkpoint is not None:
+        keeper = open_keeper(Path(checkpoint), fingerprint(scene, define), resume, every=checkpoint_every)
+    with open_scene(scene, sensor, integrator, size, crop, define) as view:
         chosen = make_settings(**{**view.settings, **settings})
         return render_view(view, chosen, progress, importance, keeper, started)
 
@@ -322,6 +328,7 @@ class Rendering:
             importance=self.layer(state.importance),
             cost=statistics.rays[inner],
             channels=list(self.view.channels),
+            window=self.view.window,
             seconds=time.perf_counter() - self.start,
             report=report,
         )

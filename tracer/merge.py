@@ -68,8 +68,9 @@ def sums(kept: Checkpoint) -> Estimate:
 def restored(kept: Checkpoint, name: str) -> Estimate:
     """Return one of the estimates of a checkpoint. Raises ValueError, KeyError."""
     fields: dict[str, Any] = dict(kept.frame)
-    kinds, size = fields.pop("kinds"), tuple(fields.pop("size"))
-    estimate = Estimate(PlainFrame(size=(size[0], size[1]), **fields), *kinds)
+    kinds = fields.pop("kinds")
+    fields |= {name: tuple(fields[name]) for name in ("size", "window")}
+    estimate = Estimate(PlainFrame(**fields), *kinds)
     estimate.restore(part(kept.arrays, name))
     return estimate
 
@@ -93,6 +94,7 @@ def picture(total: Estimate, whole: Checkpoint, seconds: float) -> Result:
         importance=nothing,
         cost=statistics.rays[frame.inner],
         channels=list(frame.channels),
+        window=frame.window,
         seconds=seconds,
         report=report,
     )

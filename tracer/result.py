@@ -116,6 +116,8 @@ class Result:
     cost: NDArray[np.float32]
     """(H, W): mean rays of one sample."""
     channels: list[str]
+    window: tuple[int, int, int, int]
+    """x and y of the picture within the film, and width and height of the film."""
     seconds: float
     """Wall-clock seconds from the first pilot ray to the developed image."""
     report: Report

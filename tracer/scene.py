@@ -18,6 +18,8 @@ from tracer.frame import Frame
 from tracer.load_error import load_error
 from tracer.source import LOAD_ERRORS, describe, load
 
+Crop = tuple[int, int, int, int] | None
+"""x, y, width and height in pixels of a part of the film."""
 Size = int | tuple[int, int] | None
 """Width (the height follows the film's aspect), or (width, height), or None for the film's own."""
 
@@ -79,6 +81,12 @@ class View(Frame):
         rfilter = self.film.rfilter()
         return 0 if rfilter.is_box_filter() else ceil(rfilter.radius() - 0.5)
 
+    @cached_property
+    def window(self) -> tuple[int, int, int, int]:  # type: ignore[override]
+        """x and y of the image within the film, and width and height of the film."""
+        (x, y), (width, height) = self.film.crop_offset(), self.film.size()
+        return int(x), int(y), int(width), int(height)
+
     def fill_film(self, image: Any) -> None:
         """Leave ``image`` (H, W, C) in the film, where ``film.develop()`` and ``film.write()`` look for it."""
         names = list(self.integrator.aov_names())
@@ -112,14 +120,22 @@ class View(Frame):
 
 
 @contextmanager
-def open_scene(source: Any, sensor: Any = 0, integrator: Any = None, size: Size = None) -> Iterator[View]:
+def open_scene(
+    source: Any,
+    sensor: Any = 0,
+    integrator: Any = None,
+    size: Size = None,
+    crop: Crop = None,
+    define: dict[str, str] | None = None,
+) -> Iterator[View]:
     """Open ``source`` as a View; a variant must be active. A film that is resized gets its own size back at the end.
 
     ``source``: path of a Mitsuba XML file, a dictionary, or an ``mi.Scene``. ``integrator``: plugin name, dictionary
-    or ``mi.Integrator`` instead of the scene's; ``sensor``: number or ``mi.Sensor``. Raises SceneError or
-    SettingsError.
+    or ``mi.Integrator`` instead of the scene's; ``sensor``: number or ``mi.Sensor``; ``crop``: the part of the film,
+    once it has its ``size``, that is rendered instead of its own crop window; ``define``: values of the $parameters of
+    a file. Raises SceneError or SettingsError.
     """
-    scene = load(source)
+    scene = load(source, define=define)
     if scene.class_name() != "Scene":
         raise SceneError(f"{describe(source)} holds a {scene.class_name()}, not a scene; wrap it in <scene>.")
     chosen = pick_sensor(scene, sensor, source)
@@ -131,7 +147,7 @@ def open_scene(source: Any, sensor: Any = 0, integrator: Any = None, size: Size 
         raise SceneError(f"Film '{chosen.film().class_name()}' is not supported; use an 'hdrfilm'.")
     if hasattr(nested, "solve_for"):  # of ours, that solve something first: not while samples are recorded
         nested.solve_for(scene)
-    original = resize_film(chosen, size)
+    original = resize_film(chosen, size, crop)
     try:
         yield view
     finally:
@@ -173,27 +189,38 @@ def require_nestable(integrator: Any) -> Any:
     return integrator
 
 
-def resize_film(sensor: Any, size: Size) -> dict[str, Any]:
-    """Give the film another size; its crop window is scaled with it. Returns what was there before."""
-    if size is None:
+def resize_film(sensor: Any, size: Size, crop: Crop = None) -> dict[str, Any]:
+    """Give the film another size, its crop window scaled with it, or that window. Returns what was there before."""
+    if size is None and crop is None:
         return {}
     parameters = mi.traverse(sensor)
     original = {
         name: [int(x) for x in parameters[name]] for name in ("film.size", "film.crop_size", "film.crop_offset")
     }
-    old_width, old_height = original["film.size"]
-    width, height = (size, max(1, round(old_height * size / old_width))) if isinstance(size, int) else size
-    if width < 1 or height < 1:
-        raise SettingsError(f"The size must be at least 1 pixel a side, not {width} x {height}.")
-    begins, ends = [], []
-    for new, old, crop, offset in zip((width, height), *original.values(), strict=True):
-        begins.append(min(round(offset * new / old), new - 1))
-        ends.append(max(round((offset + crop) * new / old), begins[-1] + 1))
+    width, height = new_size(original["film.size"], size)
+    if crop is None:
+        begins, ends = [], []
+        for new, old, length, offset in zip((width, height), *original.values(), strict=True):
+            begins.append(min(round(offset * new / old), new - 1))
+            ends.append(max(round((offset + length) * new / old), begins[-1] + 1))
+        lengths = [end - begin for begin, end in zip(begins, ends, strict=True)]
+    else:
+        begins, lengths = list(crop[:2]), list(crop[2:])
+        if min(begins) < 0 or min(lengths) < 1 or crop[0] + crop[2] > width or crop[1] + crop[3] > height:
+            raise SettingsError(f"The crop x, y, width, height = {crop} is not within the picture, {width} x {height}.")
     parameters["film.size"] = [width, height]
     parameters["film.crop_offset"] = begins
-    parameters["film.crop_size"] = [end - begin for begin, end in zip(begins, ends, strict=True)]
+    parameters["film.crop_size"] = lengths
     parameters.update()
     return original
+
+
+def new_size(old: list[int], size: Size) -> tuple[int, int]:
+    """Return (width, height) of a film of ``old`` size that is given ``size``. Raises SettingsError."""
+    width, height = (size, max(1, round(old[1] * size / old[0]))) if isinstance(size, int) else size or old
+    if width < 1 or height < 1:
+        raise SettingsError(f"The size must be at least 1 pixel a side, not {width} x {height}.")
+    return width, height
 
 
 def restore_film(sensor: Any, original: dict[str, Any]) -> None:

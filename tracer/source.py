@@ -23,18 +23,19 @@ def describe(source: Any) -> str:
     return f"'{source}'" if isinstance(source, str | Path) else "the scene"
 
 
-def load(source: Any, sampler: str | None = None) -> Any:
+def load(source: Any, sampler: str | None = None, define: dict[str, str] | None = None) -> Any:
     """Return the ``mi.Scene`` of a path or dictionary; an object is passed through. Raises SceneError.
 
     Meshes of one material are not merged, as ``mi.load_file`` does by default, so that shapes can be told apart. It is
     as fast, but where faces of two meshes lie in one plane the picture may be another one.
-    ``sampler`` names a plugin to take the place of every sampler of the scene, with its sample count.
+    ``sampler`` names a plugin to take the place of every sampler of the scene, with its sample count. ``define``:
+    values of the $parameters of a file.
     """
     if not isinstance(source, str | Path | dict):
         if not hasattr(source, "class_name"):
             raise SceneError(f"A scene is a path, a dictionary or an mi.Scene, not {type(source).__name__}.")
         return source
-    config, state = parse(source)
+    config, state = parse(source, define)
     config.merge_meshes = False
     for node in state.nodes:
         if sampler is not None and node.type == mi.ObjectType.Sampler:
@@ -76,7 +77,7 @@ def files_beside(source: str | Path | dict[str, Any]) -> Iterator[None]:
         mi.set_file_resolver(before)
 
 
-def parse(source: str | Path | dict[str, Any]) -> tuple[Any, Any]:
+def parse(source: str | Path | dict[str, Any], define: dict[str, str] | None = None) -> tuple[Any, Any]:
     """Return Mitsuba's parser configuration and the parsed scene, not yet made into objects. Raises SceneError."""
     config = mi.parser.ParserConfig(mi.variant())
     config.parallel = False  # loading Python plugins in parallel can deadlock
@@ -91,12 +92,12 @@ def parse(source: str | Path | dict[str, Any]) -> tuple[Any, Any]:
     if not path.is_file():
         raise SceneError(f"'{path}' is a folder, not a scene file.")
     try:
-        return config, mi.parser.parse_file(config, str(path))
+        return config, mi.parser.parse_file(config, str(path), **(define or {}))
     except LOAD_ERRORS as error:
         raise load_error(describe(source), error) from None
 
 
-def fingerprint(source: Any) -> str:
+def fingerprint(source: Any, define: dict[str, str] | None = None) -> str:
     """Return a hash (hexadecimal, 16 digits) of what a scene consists of.
 
     For a path: its XML, all files it includes, and the content of every file it names (meshes, textures, volumes). For
@@ -106,7 +107,8 @@ def fingerprint(source: Any) -> str:
     if not isinstance(source, str | Path | dict):
         digest.update(str(source).encode())
         return digest.hexdigest()[:16]
-    _, state = parse(source)
+    _, state = parse(source, define)
+    digest.update(repr(sorted(define.items())).encode() if define else b"")
     folders = [Path(str(file)).parent for file in state.files] or [Path.cwd()]
     for file in state.files:
         digest.update(Path(str(file)).read_bytes())

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from conftest import LIT
-from tracer.cli import main, repeat_option
+from tracer.cli import repeat_option, run
 from tracer.files import read_exr
 
 
@@ -17,14 +17,14 @@ from tracer.files import read_exr
 def tracer_program(monkeypatch, capfd):
     """Run the program in this process; return exit code, standard output and standard error."""
 
-    def run(*arguments):
+    def program(*arguments):
         monkeypatch.setattr(sys, "argv", ["tracer", *map(str, arguments)])
         with pytest.raises(SystemExit) as stopped:
-            main()
+            run()
         output = capfd.readouterr()
         return stopped.value.code or 0, output.out, output.err
 
-    return run
+    return program
 
 
 def test_render_writes_an_exr(tracer_program, scene_file, tmp_path):

@@ -9,7 +9,7 @@ from typing import Any
 import typer
 
 from tracer.backend import named_library
-from tracer.cli import compare, demo, info, radiosity, radiosity_report, render, score, study, view
+from tracer.cli import compare, demo, info, merge, radiosity, radiosity_report, render, score, study, view
 
 app = typer.Typer(
     help="Render adaptively on Mitsuba 3: look first with cheap rays, spend expensive rays where they pay.",
@@ -32,6 +32,7 @@ def after_check(command: Callable[..., None]) -> Callable[..., None]:
 
 COMMANDS = (
     render.render,
+    merge.merge,
     radiosity.radiosity,
     radiosity_report.radiosity_report,
     compare.compare,

@@ -7,6 +7,28 @@ from typing import Annotated
 
 import typer
 
+
+class Panel:
+    """Headings of the help of ``render``."""
+
+    STOP = "When to stop, and how to go on"
+    WHERE = "Where the samples go"
+
+
+def criteria_names() -> list[str]:
+    """Return the names of all criteria, for completion on the command line."""
+    from tracer import criteria
+
+    return criteria.names()
+
+
+def objective_names() -> list[str]:
+    """Return the names of all objectives, for completion on the command line."""
+    from tracer.objective import OBJECTIVES
+
+    return list(OBJECTIVES)
+
+
 SceneFile = Annotated[Path, typer.Argument(help="Mitsuba scene file (XML).", show_default=False)]
 Objective = Annotated[str, typer.Option(help="Which error is to be small: relative, absolute or display.")]
 Integrator = Annotated[str | None, typer.Option(help="Plugin to use instead of the scene's integrator.")]
@@ -14,3 +36,4 @@ Sensor = Annotated[int, typer.Option(help="Number of the scene's sensor, from 0.
 Width = Annotated[int | None, typer.Option(help="Width in pixels instead of the scene's; the aspect is kept.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object a picture, for machines.")]

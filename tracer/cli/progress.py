@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
+from tracer.cli.signals import stopping
 from tracer.progress import Progress as Passed
 from tracer.progress import ProgressCallback
 from tracer.study.run import StepCallback
@@ -24,11 +23,10 @@ def watch(title: str, quiet: bool = False) -> Iterator[ProgressCallback]:
     with steps(quiet) as step:
 
         def passed(progress: Passed) -> bool | None:
-            return step(
-                f"{title}: {progress.done / 1e6:.1f} of {progress.total / 1e6:.1f} M samples",
-                progress.done,
-                progress.total,
-            )
+            text = f"{title}: {progress.done / 1e6:.1f} of {progress.total / 1e6:.1f} M samples"
+            if progress.converged is not None:
+                text += f", {100 * progress.converged:.0f} % converged"
+            return step(text, progress.done, progress.total)
 
         yield passed
 
@@ -40,7 +38,7 @@ def steps(quiet: bool = False) -> Iterator[StepCallback]:
     bar = Progress(*columns, console=Console(stderr=True), disable=quiet, transient=True)
     task = bar.add_task("", total=None)
 
-    with stop_on_interrupt() as stopped:
+    with stopping() as stopped:
 
         def step(description: str, done: int, total: int) -> bool:
             if not bar.live.is_started:
@@ -55,20 +53,3 @@ def steps(quiet: bool = False) -> Iterator[StepCallback]:
         finally:
             if bar.live.is_started:
                 bar.stop()
-
-
-@contextmanager
-def stop_on_interrupt() -> Iterator[Callable[[], bool]]:
-    """Turn the first Ctrl-C into a flag, which the yielded function returns, and the second into KeyboardInterrupt."""
-    interrupted = False
-
-    def interrupt(number: int, frame: Any) -> None:
-        nonlocal interrupted
-        interrupted = True
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-
-    previous = signal.signal(signal.SIGINT, interrupt)
-    try:
-        yield lambda: interrupted
-    finally:
-        signal.signal(signal.SIGINT, previous)

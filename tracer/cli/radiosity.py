@@ -50,6 +50,7 @@ def radiosity(
     Example: tracer radiosity scene.xml -o out.exr
     """
     from tracer import backend, files
+    from tracer.cli import signals
     from tracer.cli.progress import steps, watch
     from tracer.errors import SceneError, SettingsError
     from tracer.loop import render
@@ -95,4 +96,4 @@ def radiosity(
             f"{found.rays / 1e6:.1f} million rays, {found.rounds} rounds, residual {found.residual:.1e}; {output}"
         )
     if not result.report.complete:
-        raise typer.Exit(130)
+        raise typer.Exit(signals.exit_code())

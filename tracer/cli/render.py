@@ -2,84 +2,155 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from tracer.cli import options
+from tracer.cli.options import Panel
 
 
 def render(
     scene: options.SceneFile,
     output: Annotated[Path, typer.Option("--output", "-o", help="Picture to write: .exr (all layers) or .png.")],
-    spp: Annotated[int | None, typer.Option(help="Mean samples per pixel. [64]")] = None,
-    seed: Annotated[int | None, typer.Option(help="Seed of the samples. [0]")] = None,
-    criterion: Annotated[str | None, typer.Option(help="Where it is worth it: fused, variance, ... [fused]")] = None,
-    objective: Annotated[str | None, typer.Option(help="Which error is to be small. [relative]")] = None,
-    exposure: Annotated[float | None, typer.Option(help="Stops by which the picture will be brightened. [0]")] = None,
+    config: Annotated[Path | None, typer.Option(help="TOML file with options by name; the command line wins.")] = None,
+    spp: Annotated[int | None, typer.Option(help="Mean samples per pixel. [64]", rich_help_panel=Panel.STOP)] = None,
+    noise: Annotated[
+        float | None, typer.Option(help="Stop when the error is below, see below.", rich_help_panel=Panel.STOP)
+    ] = None,
+    noise_share: Annotated[
+        float | None, typer.Option(help="Share of the pixels it is to hold for. [0.95]", rich_help_panel=Panel.STOP)
+    ] = None,
+    time: Annotated[
+        float | None, typer.Option(help="Be done after so many seconds, start-up included.", rich_help_panel=Panel.STOP)
+    ] = None,
+    checkpoint: Annotated[
+        Path | None, typer.Option(help="File to keep the state in.", rich_help_panel=Panel.STOP)
+    ] = None,
+    checkpoint_every: Annotated[
+        float | None, typer.Option(help="Seconds between two writes of it. [60]", rich_help_panel=Panel.STOP)
+    ] = None,
+    resume: Annotated[
+        bool | None, typer.Option("--resume", help="Go on from the checkpoint, if any.", rich_help_panel=Panel.STOP)
+    ] = None,
     integrator: options.Integrator = None,
-    sensor: options.Sensor = 0,
+    sensor: Annotated[
+        list[str] | None, typer.Option(help="Number of a sensor, from 0; may be repeated; or all. [0]")
+    ] = None,
     size: options.Width = None,
-    pilot_spp: Annotated[int | None, typer.Option(help="Rays per pixel that look first.")] = None,
-    min_spp: Annotated[int | None, typer.Option(help="Least samples of any pixel.")] = None,
-    max_spp: Annotated[int | None, typer.Option(help="Most samples of any pixel.")] = None,
-    cost: Annotated[str | None, typer.Option(help="What a sample costs: none (all the same), or rays. [none]")] = None,
+    crop: Annotated[str | None, typer.Option(help="x,y,width,height: only that part of the picture.")] = None,
+    define: Annotated[list[str] | None, typer.Option("--define", "-D", help="name=value of a $parameter.")] = None,
+    frames: Annotated[
+        str | None, typer.Option(help='"1-24" or "1-24:2": #### in file names, and $frame, are the number.')
+    ] = None,
+    variant: Annotated[str | None, typer.Option(help="Mitsuba variant. [llvm_ad_rgb]")] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of the samples. [0]", rich_help_panel=Panel.WHERE)] = None,
+    criterion: Annotated[
+        str | None,
+        typer.Option(
+            help="Where it is worth it: fused, variance, ... [fused]",
+            rich_help_panel=Panel.WHERE,
+            autocompletion=options.criteria_names,
+        ),
+    ] = None,
+    objective: Annotated[
+        str | None,
+        typer.Option(
+            help="Which error is to be small. [relative]",
+            rich_help_panel=Panel.WHERE,
+            autocompletion=options.objective_names,
+        ),
+    ] = None,
+    exposure: Annotated[
+        float | None,
+        typer.Option(help="Stops by which the picture will be brightened. [0]", rich_help_panel=Panel.WHERE),
+    ] = None,
     importance: Annotated[
-        str | None, typer.Option(help="Image that multiplies the importance: mask or weight.")
+        str | None,
+        typer.Option(help="Image that multiplies the importance: mask or weight.", rich_help_panel=Panel.WHERE),
     ] = None,
     shape_weight: Annotated[
-        list[str] | None, typer.Option(help="ID=FACTOR: importance of what a shape covers; may be repeated.")
+        list[str] | None,
+        typer.Option(
+            help="ID=FACTOR: importance of what a shape covers; may be repeated.", rich_help_panel=Panel.WHERE
+        ),
     ] = None,
-    block: Annotated[int | None, typer.Option(help="Side of the blocks of ID complexity. [1]")] = None,
+    pilot_spp: Annotated[
+        int | None, typer.Option(help="Rays per pixel that look first.", rich_help_panel=Panel.WHERE)
+    ] = None,
+    min_spp: Annotated[
+        int | None, typer.Option(help="Least samples of any pixel.", rich_help_panel=Panel.WHERE)
+    ] = None,
+    max_spp: Annotated[int | None, typer.Option(help="Most samples of any pixel.", rich_help_panel=Panel.WHERE)] = None,
+    cost: Annotated[
+        str | None,
+        typer.Option(help="What a sample costs: none (all the same), or rays. [none]", rich_help_panel=Panel.WHERE),
+    ] = None,
+    block: Annotated[
+        int | None, typer.Option(help="Side of the blocks of ID complexity. [1]", rich_help_panel=Panel.WHERE)
+    ] = None,
     unbiased: Annotated[
-        bool | None, typer.Option("--unbiased", help="Keep the samples that decide out of the picture.")
+        bool | None,
+        typer.Option(
+            "--unbiased", help="Keep the samples that decide out of the picture.", rich_help_panel=Panel.WHERE
+        ),
     ] = None,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
+    as_json: options.AsJson = False,
 ) -> None:
-    """Render a scene adaptively. Ctrl-C stops after the current pass and keeps what there is, marked as such.
+    """Render a scene adaptively, until --spp, --noise or --time is reached, whichever comes first.
 
-    Example: tracer render scene.xml -o out.exr --spp 64
+    --noise 0.05 means: 95 of 100 pixels (--noise-share) are estimated to be off by at most 5 % of their brightness, or
+    with --objective display by 0.05 of what a screen shows. Ctrl-C and SIGTERM stop after the current pass and keep
+    what there is: the picture, marked as such, and the checkpoint.
+
+    Example: tracer render scene.xml -o out.exr --noise 0.05 --time 600 --checkpoint out.ckpt
     """
-    from tracer import files
-
-    files.check_output(output, overwrite)
-    given = {
-        "spp": spp,
-        "seed": seed,
-        "criterion": criterion,
-        "objective": objective,
-        "exposure": exposure,
-        "pilot_spp": pilot_spp,
-        "min_spp": min_spp,
-        "max_spp": max_spp,
-        "cost": cost,
-        "importance": importance,
-        "shape_weights": ",".join(shape_weight) if shape_weight else None,
-        "block": block,
-        "unbiased": unbiased,
+    given: dict[str, Any] = {
+        name: value
+        for name, value in locals().items()
+        if name not in ("config", "shape_weight", "quiet", "as_json")
+        and value is not None
+        and value is not False
+        and value != []
     }
-    settings: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    if shape_weight:
+        given["shape_weights"] = ",".join(shape_weight)
 
-    from tracer import backend
+    from tracer.cli import STARTED, signals
     from tracer.cli.progress import watch
-    from tracer.loop import render as render_scene
-    from tracer.metadata import metadata
-    from tracer.settings import check_settings
-    from tracer.source import fingerprint
+    from tracer.job import make_job
+    from tracer.perform import perform
 
-    check_settings(**settings)
-    backend.activate()
-    scene_hash = fingerprint(scene)  # of what is rendered, even if the file is edited meanwhile
-    with watch("Rendering", quiet) as progress:
-        result = render_scene(scene, integrator=integrator, sensor=sensor, size=size, progress=progress, **settings)
-    files.write_result(output, result, metadata(result, scene_hash))
-    summary = (
-        f"{output}: {result.image.shape[1]} x {result.image.shape[0]}, "
-        f"{result.samples.min()} to {result.samples.max()} samples per pixel, {result.seconds:.1f} s"
-    )
-    if not quiet:
-        typer.echo("\n".join([summary, *result.report.notes]))
-    if not result.report.complete:
-        raise typer.Exit(130)
+    job = make_job(given, config)
+    with watch("Rendering", quiet or as_json) as progress:
+        for shot, result in perform(job, progress, STARTED):
+            if as_json:
+                typer.echo(json.dumps({"output": str(shot.output), **summary(result)}))
+            elif not quiet:
+                typer.echo("\n".join([f"{shot.output}: {in_words(result)}", *result.report.notes]))
+            if not result.report.complete:
+                raise typer.Exit(signals.exit_code())
+
+
+def summary(result: Any) -> dict[str, Any]:
+    """Return what is known of a picture as plain values."""
+    height, width = result.image.shape[:2]
+    return {"width": width, "height": height, "seconds": result.seconds, **result.report.as_dict()}
+
+
+def in_words(result: Any) -> str:
+    """Return a line about a picture."""
+    report = result.report
+    height, width = result.image.shape[:2]
+    text = f"{width} x {height}, {result.samples.min()} to {result.samples.max()} samples per pixel"
+    text += f" ({result.samples.mean():.3g} on average), {result.seconds:.1f} s"
+    if report.converged is not None:
+        text += f"; {100 * report.converged:.1f} % converged"
+        text += f" ({100 * report.settings.noise_share:g} % within {report.noise:.3g})"
+    if report.pixels_at_most:
+        text += f"; {report.pixels_at_most} pixels have the most samples"
+    return text

@@ -1,0 +1,42 @@
+"""Command ``merge``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tracer.cli import options
+
+
+def merge(
+    checkpoints: Annotated[list[Path], typer.Argument(help="Checkpoints of one picture, with different seeds.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Picture to write: .exr (all layers) or .png.")],
+    checkpoint: Annotated[Path | None, typer.Option(help="Checkpoint of all of them, for another merge.")] = None,
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
+    as_json: options.AsJson = False,
+) -> None:
+    """Merge checkpoints that a farm has rendered of one picture; every pixel counts by its samples.
+
+    Example: tracer merge part1.ckpt part2.ckpt -o out.exr
+    """
+    from tracer import files
+
+    files.check_output(output, overwrite)
+    if checkpoint is not None:
+        files.check_output(checkpoint, overwrite, suffixes=())
+
+    from tracer.cli.render import in_words, summary
+    from tracer.merge import merge as merge_files
+    from tracer.metadata import metadata
+
+    result, whole = merge_files(checkpoints, checkpoint)
+    own = {**metadata(result, whole.identity["scene"]), "sources": whole.sources}
+    files.write_result(output, result, own)
+    if as_json:
+        typer.echo(json.dumps({"output": str(output), **summary(result)}))
+    elif not quiet:
+        typer.echo("\n".join([f"{output}: {in_words(result)}", *result.report.notes]))

@@ -1,0 +1,72 @@
+"""Ctrl-C and SIGTERM: end what is under way and keep what there is."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+HANDLED = (signal.SIGINT, signal.SIGTERM)
+REPEATED_SECONDS = 1.0
+"""Within so many seconds a signal is the same one: a terminal sends it to all processes of a command."""
+
+received: int | None = None
+"""The signal that stopped the program."""
+
+
+def exit_code() -> int:
+    """Return the exit code of a program that was stopped: 130 or 143."""
+    return 128 + (received or signal.SIGINT)
+
+
+@contextmanager
+def interrupting() -> Iterator[None]:
+    """Turn a signal into KeyboardInterrupt."""
+
+    def interrupt() -> None:
+        raise KeyboardInterrupt
+
+    with handling(interrupt):
+        yield
+
+
+@contextmanager
+def stopping() -> Iterator[Callable[[], bool]]:
+    """Turn a first signal into a flag, which the yielded function returns, and a second into KeyboardInterrupt."""
+    stopped = False
+
+    def stop() -> None:
+        nonlocal stopped
+        if stopped:
+            raise KeyboardInterrupt
+        stopped = True
+
+    with handling(stop):
+        yield lambda: stopped
+
+
+@contextmanager
+def handling(action: Callable[[], None]) -> Iterator[None]:
+    """Call ``action`` for every signal within the block; the program's first thread alone can have that."""
+    last = float("-inf")
+
+    def handle(number: int, frame: Any) -> None:
+        global received
+        nonlocal last
+        before, last = last, time.monotonic()
+        received = received or number
+        if last - before > REPEATED_SECONDS:
+            action()
+
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    previous = [signal.signal(number, handle) for number in HANDLED]
+    try:
+        yield
+    finally:
+        for number, handler in zip(HANDLED, previous, strict=True):
+            signal.signal(number, handler)

@@ -1,0 +1,67 @@
+"""Carry out a job: load, render and write picture after picture."""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Iterator
+from typing import Any
+
+from tracer import backend, checkpoint, files
+from tracer.checkpoint import Keeper
+from tracer.errors import SceneError, SettingsError
+from tracer.job import Job, Shot, check_outputs, shots_of
+from tracer.loop import render_view
+from tracer.metadata import metadata
+from tracer.progress import ProgressCallback
+from tracer.result import Result
+from tracer.scene import open_scene, pick_sensor
+from tracer.settings import check_settings, make_settings
+from tracer.source import describe, fingerprint, load
+
+
+def perform(job: Job, progress: ProgressCallback | None = None, started: float | None = None) -> Iterator[Any]:
+    """Yield (Shot, Result) of each picture as it is written; one that a person has stopped is the last.
+
+    ``started``: as for ``tracer.render``, for the first picture. What can be checked before the first ray is. Raises
+    the errors of ``tracer.errors``.
+    """
+    check_settings(**job.settings)
+    if job.resume and job.checkpoint is None:
+        raise SettingsError("There is nothing to resume from: name the checkpoint with --checkpoint.")
+    check_outputs(list(shots_of(job, 1)), job)
+    backend.activate(job.variant)
+    for (path, _), several in itertools.groupby(shots_of(job, 1), lambda shot: (shot.scene, shot.define)):
+        define = next(several).define
+        scene_hash = fingerprint(path, define)  # of what is rendered, even if the file is edited meanwhile
+        scene = load(path, define=define)
+        if scene.class_name() != "Scene":
+            raise SceneError(f"{describe(path)} holds a {scene.class_name()}, not a scene; wrap it in <scene>.")
+        shots = [shot for shot in shots_of(job, len(scene.sensors())) if (shot.scene, shot.define) == (path, define)]
+        check_outputs(shots, job)
+        for shot in shots:
+            pick_sensor(scene, shot.sensor, path)
+        for shot in shots:
+            result = picture(scene, scene_hash, shot, job, progress, started)
+            started = None
+            yield shot, result
+            if not result.report.complete:
+                return
+
+
+def picture(
+    scene: Any, scene_hash: str, shot: Shot, job: Job, progress: ProgressCallback | None, started: float | None
+) -> Result:
+    """Render and write one picture."""
+    started = time.perf_counter() if started is None else started
+    keeper: Keeper | None = None
+    if shot.checkpoint is not None:
+        keeper = checkpoint.open_keeper(
+            shot.checkpoint, scene_hash, job.resume, job.overwrite, every=job.checkpoint_every
+        )
+    with open_scene(scene, shot.sensor, job.integrator, job.size, job.crop) as view:
+        settings = make_settings(**{**view.settings, **job.settings})
+        result = render_view(view, settings, progress, keeper=keeper, started=started)
+    own = job.model_dump(mode="json", exclude={"settings", "overwrite", "resume"}, exclude_none=True)
+    files.write_result(shot.output, result, {**metadata(result, scene_hash), "job": own})
+    return result
