@@ -55,6 +55,19 @@ def test_a_larger_budget_goes_on_where_the_smaller_ended(cornell, tmp_path):
     assert np.array_equal(again.image, more.image)
 
 
+def test_another_budget_may_end_within_the_round_that_was_under_way(cornell, tmp_path, small_passes):
+    path = tmp_path / "state.ckpt"
+    pixels = 24 * 16
+    stopped = tracer.render(cornell(), criterion="uniform", spp=32, progress=stop_after(10 * pixels), checkpoint=path)
+    done = int(stopped.samples.sum())
+    assert 10 * pixels <= done < 12 * pixels
+    resumed = tracer.render(cornell(), criterion="uniform", spp=16, checkpoint=path, resume=True)
+    assert resumed.samples.sum() == 16 * pixels
+    assert resumed.samples.max() == 32  # drawn before
+    fewer = tracer.render(cornell(), criterion="uniform", spp=4, checkpoint=path, resume=True)
+    assert fewer.samples.sum() == 16 * pixels
+
+
 def test_without_a_checkpoint_there_is_nothing_to_resume_and_all_is_done(cornell, tmp_path):
     path = tmp_path / "state.ckpt"
     same(tracer.render(cornell(), spp=8, checkpoint=path, resume=True), tracer.render(cornell(), spp=8))

@@ -87,14 +87,15 @@ def remove_abandoned(path: Path) -> None:
 
 
 def is_running(process: int) -> bool:
-    """Return whether there is a process of that number on this machine."""
+    """Return whether there is a process of that number on this machine; one that only waits to be buried is not."""
     try:
         os.kill(process, 0)
+        status = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2]
     except ProcessLookupError:
         return False
-    except OSError:
+    except OSError:  # another person's, or a system without /proc
         return True
-    return True
+    return not status.startswith(" Z")
 
 
 def write_text(path: Path, text: str) -> None:

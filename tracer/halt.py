@@ -24,9 +24,9 @@ SAFETY = 0.9
 MEMORY = 0.8
 """Weight of all earlier passes against the last one in the rate of samples."""
 SECONDS_PER_PIXEL = 2e-6
-"""To develop and write a picture, and"""
-SECONDS_TO_END = 0.1
-"""for everything else at the end."""
+"""To write a picture, and"""
+SECONDS_TO_END = 0.3
+"""to end the program."""
 
 
 class Clock:
@@ -41,6 +41,11 @@ class Clock:
         self.pass_seconds = 0.0
         self.samples = 0.0
         self.seconds = 0.0
+
+    def keep_back(self, seconds: float) -> None:
+        """Keep so many seconds more for the end."""
+        if self.end is not None:
+            self.end -= seconds
 
     def passed(self, samples: int) -> None:
         """Note a pass, with all that was done since the one before."""

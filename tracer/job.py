@@ -190,6 +190,16 @@ def put_number(name: str, number: int) -> str:
     return re.sub(rf"({NUMBER}+)(?!.*{NUMBER})", lambda marks: str(number).zfill(len(marks[0])), name)
 
 
+def check_frames(job: Job) -> None:
+    """Raise SettingsError if the frames of a job would all be one picture."""
+    if job.frames is None or NUMBER in job.scene.name or not job.scene.is_file():
+        return
+    if b"$frame" not in job.scene.read_bytes():
+        raise SettingsError(
+            f"'{job.scene}' is the same in every frame: use $frame in it, or name files as scene.####.xml."
+        )
+
+
 def check_outputs(shots: list[Shot], job: Job) -> None:
     """Raise OutputError if any file of a job cannot be written, before the first is rendered."""
     for shot in shots:

@@ -53,10 +53,10 @@ def render(
     ``sensor``: number or ``mi.Sensor``; ``size``, ``crop``: see ``tracer.scene``; ``define``: values of the $parameters
     of a file. ``importance``: array (H, W) or image file whose values multiply the importance of each pixel.
     ``checkpoint``: file to keep the state in, every ``checkpoint_every`` seconds and at the end; ``resume``: go on from
-    it if it is there. ``started``: value of ``time.perf_counter()`` from which a limit of time counts, instead of now. Further keywords
-    are those of ``tracer.settings.Settings``: spp, noise, time, seed, criterion, objective, exposure, pilot_spp,
-    min_spp, max_spp, cost, block, unbiased, shape_weights; where the scene's integrator is ``adaptive``, its parameters
-    are the defaults. Sets the Mitsuba variant ``llvm_ad_rgb`` unless one is active. Raises the errors of
+    it if it is there. ``started``: value of ``time.perf_counter()`` from which a limit of time counts, instead of now.
+    Further keywords are those of ``tracer.settings.Settings``: spp, noise, time, seed, criterion, objective, exposure,
+    pilot_spp, min_spp, max_spp, cost, block, unbiased, shape_weights; where the scene's integrator is ``adaptive``, its
+    parameters are the defaults. Sets the Mitsuba variant ``llvm_ad_rgb`` unless one is active. Raises the errors of
     ``tracer.errors``.
     """
     started = time.perf_counter() if started is None else started
@@ -119,6 +119,7 @@ class Rendering:
         if keeper is not None:
             keeper.bind(view, settings, self.wanted, self.kinds)
             self.state = keeper.load(self.state)
+            self.state.plan_anew(self.total)
         self.report.rounds, self.report.notes = self.state.rounds, self.state.notes
         self.noise: Noise | None = None
         self.pass_size = PASS_SIZES[1]
@@ -267,6 +268,8 @@ class Rendering:
         state.rounds.append(Round(int(counts.sum()), *extent(allocation), time.perf_counter() - start))
         if self.settings.noise is not None:
             self.measure_noise(anew=True)
+        if self.settings.time is not None and len(state.rounds) == 1:
+            self.rehearse()
         if self.keeper is not None:
             self.keeper.save_if_due(state)
 
@@ -274,6 +277,13 @@ class Rendering:
         """Add a pass to the estimate and wait for it."""
         self.estimate.add(window, samples)
         dr.sync_thread()
+
+    def rehearse(self) -> None:
+        """Develop the picture twice: that compiles what it needs, and then tells how much time to keep for the end."""
+        self.timed("seconds_statistics", self.estimate.develop)
+        start = time.perf_counter()
+        self.timed("seconds_statistics", self.estimate.develop)
+        self.clock.keep_back(time.perf_counter() - start)
 
     def measure_noise(self, anew: bool) -> None:
         """Find how noisy the picture is, ``anew`` if it has changed since that was last found."""

@@ -7,14 +7,14 @@ import time
 from collections.abc import Iterator
 from typing import Any
 
-from tracer import backend, checkpoint, files
+from tracer import backend, checkpoint, files, live
 from tracer.checkpoint import Keeper
 from tracer.errors import SceneError, SettingsError
-from tracer.job import Job, Shot, check_outputs, shots_of
+from tracer.job import Job, Shot, check_frames, check_outputs, shots_of
 from tracer.loop import render_view
 from tracer.metadata import metadata
 from tracer.progress import ProgressCallback
-from tracer.result import Result
+from tracer.result import Result, display
 from tracer.scene import open_scene, pick_sensor
 from tracer.settings import check_settings, make_settings
 from tracer.source import describe, fingerprint, load
@@ -29,6 +29,7 @@ def perform(job: Job, progress: ProgressCallback | None = None, started: float |
     check_settings(**job.settings)
     if job.resume and job.checkpoint is None:
         raise SettingsError("There is nothing to resume from: name the checkpoint with --checkpoint.")
+    check_frames(job)
     check_outputs(list(shots_of(job, 1)), job)
     backend.activate(job.variant)
     for (path, _), several in itertools.groupby(shots_of(job, 1), lambda shot: (shot.scene, shot.define)):
@@ -59,9 +60,14 @@ def picture(
         keeper = checkpoint.open_keeper(
             shot.checkpoint, scene_hash, job.resume, job.overwrite, every=job.checkpoint_every
         )
+    if shot.live is not None or job.tev is not None:
+        shown = live.tev(shot.output.name, job.tev) if job.tev is not None else None
+        progress = live.together(progress, live.png(shot.live) if shot.live is not None else None, shown)
     with open_scene(scene, shot.sensor, job.integrator, job.size, job.crop) as view:
         settings = make_settings(**{**view.settings, **job.settings})
         result = render_view(view, settings, progress, keeper=keeper, started=started)
+    if shot.live is not None:
+        files.write_png(shot.live, display(result.image))
     own = job.model_dump(mode="json", exclude={"settings", "overwrite", "resume"}, exclude_none=True)
     files.write_result(shot.output, result, {**metadata(result, scene_hash), "job": own})
     return result

@@ -51,6 +51,14 @@ class State:
         generator = np.random.default_rng(np.random.SeedSequence([settings.seed, 1]))
         return cls(Estimate(view, *kinds), generator, np.zeros(view.grid, np.uint32))
 
+    def plan_anew(self, total: int) -> None:
+        """Give up the round that is under way if it would end beyond ``total`` samples; those drawn of it stay."""
+        if self.allocation is None or self.held_out is not None:
+            return
+        if int(self.allocation.sum(dtype=np.int64)) > total:
+            known = self.estimate.statistics()
+            self.drawn, self.allocation, self.taken = known.count + known.invalid, None, 0
+
     def pack(self) -> tuple[Arrays, dict[str, Any]]:
         """Return arrays by name, and the rest as plain values for JSON."""
         arrays: Arrays = {"drawn": self.drawn}

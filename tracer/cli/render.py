@@ -97,6 +97,8 @@ def render(
             "--unbiased", help="Keep the samples that decide out of the picture.", rich_help_panel=Panel.WHERE
         ),
     ] = None,
+    live: Annotated[Path | None, typer.Option(help="PNG that shows the picture while it renders.")] = None,
+    tev: Annotated[str | None, typer.Option(help="host[:port] of a tev viewer that shows it, too.")] = None,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
     as_json: options.AsJson = False,
@@ -112,10 +114,7 @@ def render(
     given: dict[str, Any] = {
         name: value
         for name, value in locals().items()
-        if name not in ("config", "shape_weight", "quiet", "as_json")
-        and value is not None
-        and value is not False
-        and value != []
+        if name not in ("config", "shape_weight", "quiet", "as_json") and not (value is None or value is False)
     }
     if shape_weight:
         given["shape_weights"] = ",".join(shape_weight)

@@ -1,0 +1,135 @@
+"""What a render survives: being killed at any moment, being stopped, a disk that is full, a crash of Mitsuba."""
+
+import json
+import resource
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from conftest import LIT
+from tracer import checkpoint, scenes
+from tracer.files import is_running, read_exr
+
+SIZE = LIT.replace('value="12"', 'value="96"').replace('value="8"', 'value="64"')
+BALL = '<shape type="sphere"><bsdf type="roughconductor"/></shape>'
+MOMENTS = 20
+
+
+@pytest.fixture
+def scene(scene_file):
+    return scene_file(SIZE + BALL)
+
+
+def command(scene, folder, *options, spp=4096):
+    checkpoint_options = ["--checkpoint", folder / "state.ckpt", "--checkpoint-every", "0"]
+    arguments = ["render", scene, "-o", folder / "out.exr", "--spp", spp, *checkpoint_options, *options]
+    return [sys.executable, "-m", "tracer", *map(str, arguments)]
+
+
+def start(arguments, **keywords):
+    return subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **keywords)
+
+
+def finish(arguments):
+    done = subprocess.run(arguments, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.mark.slow
+def test_killed_at_any_moment_it_goes_on_or_begins_again(tmp_path):
+    """SIGKILL at random moments of a render that writes its checkpoint after every pass, also while it writes."""
+    straight, killed = tmp_path / "straight", tmp_path / "killed"
+    straight.mkdir()
+    killed.mkdir()
+    scene = Path(scenes.__file__).parent / "spheres_and_rods.xml"
+    long = {"spp": 1 << 13}
+    options = ("--size", 96, "--noise", 1e-6)  # which keeps it deciding round after round
+    random = np.random.default_rng(7)
+    samples = []
+    for moment in random.uniform(0.3, 3.0, MOMENTS):
+        process = start(command(scene, killed, "--resume", *options, **long))
+        with pytest.raises(subprocess.TimeoutExpired):
+            process.communicate(timeout=moment)
+        process.kill()
+        process.communicate()
+        if (killed / "state.ckpt").exists():
+            found = checkpoint.read(killed / "state.ckpt")  # raises if it is not whole
+            samples.append(found.plain["done"])
+    assert len(set(samples)) > MOMENTS // 3
+    assert samples == sorted(samples)
+    finish(command(scene, killed, "--resume", *options, **long))
+    finish(command(scene, straight, *options, **long))
+    pictures = [read_exr(folder / "out.exr") for folder in (straight, killed)]
+    assert np.array_equal(pictures[0][1], pictures[1][1])
+    assert sorted(path.name for path in killed.iterdir()) == ["out.exr", "state.ckpt"]  # nothing is left behind
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_stopped_it_keeps_what_there_is_and_goes_on(scene, tmp_path, number):
+    process = start(command(scene, tmp_path, "--json", spp=20000))
+    while not (tmp_path / "state.ckpt").exists():
+        time.sleep(0.05)
+        assert process.poll() is None
+    process.send_signal(number)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 128 + number, err
+    said = json.loads(out)
+    assert said["stopped_by"] == "person"
+    names, values, own = read_exr(tmp_path / "out.exr")
+    assert own["complete"] == 0
+    drawn = values[..., names.index("samples.Y")].sum()
+    assert drawn == checkpoint.read(tmp_path / "state.ckpt").plain["done"]
+    more = int(drawn / (96 * 64)) + 50
+    resumed = json.loads(finish(command(scene, tmp_path, "--json", "--resume", spp=more)))
+    assert resumed["complete"]
+    names, values, _ = read_exr(tmp_path / "out.exr")
+    assert values[..., names.index("samples.Y")].sum() == more * 96 * 64
+
+
+@pytest.mark.slow
+def test_on_a_full_disk_the_old_checkpoint_stays(scene, tmp_path):
+    finish(command(scene, tmp_path, spp=16))
+    before = (tmp_path / "state.ckpt").read_bytes()
+    limit = len(before) // 2
+
+    def small_files():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+
+    process = start(command(scene, tmp_path, "--resume", spp=64), preexec_fn=small_files)
+    out, err = process.communicate(timeout=120)
+    assert "Traceback" not in err
+    assert "Cannot write" in out + err
+    assert (tmp_path / "state.ckpt").read_bytes() == before
+    assert sorted(path.name for path in tmp_path.iterdir() if path.suffix == ".ckpt") == ["state.ckpt"]
+    finish(command(scene, tmp_path, "--resume", spp=64))
+
+
+@pytest.mark.slow
+def test_a_crash_is_a_sentence(scene, tmp_path):
+    crash = "import os, tracer.loop as loop\nloop.Rendering.run = lambda self: os.kill(os.getpid(), 11)"
+    program = f"{crash}\nimport sys\nfrom tracer.cli import main\nmain()"
+    arguments = [sys.executable, "-c", program, *command(scene, tmp_path)[3:]]
+    done = subprocess.run(arguments, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 3
+    assert done.stderr.startswith("tracer: Mitsuba crashed (SIGSEGV)")
+    assert not (tmp_path / "out.exr").exists()
+
+
+@pytest.mark.slow
+def test_nobody_renders_on_when_the_program_was_killed(scene, tmp_path):
+    process = start(command(scene, tmp_path, spp=10**6))
+    while not (tmp_path / "state.ckpt").exists():
+        time.sleep(0.05)
+    children = subprocess.run(["pgrep", "-P", str(process.pid)], capture_output=True, text=True, check=False).stdout
+    process.kill()
+    process.communicate()
+    time.sleep(0.5)
+    for child in children.split():
+        assert not is_running(int(child))

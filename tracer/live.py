@@ -1,0 +1,139 @@
+"""Show a picture while it renders: in a PNG, in the viewer tev, in a notebook.
+
+Each is a progress callback for ``tracer.render``; ``together`` makes one of several. They show the picture now and
+then: after one that took t seconds the next waits for 50 t at least, so that they take less than 2 % of the time.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer import files
+from tracer.errors import OutputError, SettingsError
+from tracer.progress import Progress, ProgressCallback
+from tracer.result import as_png, display
+
+SHARE = 0.02
+"""Most of the time that is spent on showing."""
+LEAST_SECONDS = 1.0
+"""Between two pictures, and before the first."""
+TEV_PORT = 14158
+
+
+class Occasional:
+    """Calls a function with the progress of a render, now and then."""
+
+    def __init__(self, show: Callable[[Progress], None], close: Callable[[], Any] = lambda: None) -> None:
+        """``close``: gives up what it shows on."""
+        self.show, self.close = show, close
+        self.next = time.perf_counter() + LEAST_SECONDS
+        self.shown = 0
+
+    def __call__(self, progress: Progress) -> None:
+        """Show, if it is time, or all is done."""
+        start = time.perf_counter()
+        if start < self.next:
+            return
+        self.show(progress)
+        self.shown += 1
+        end = time.perf_counter()
+        self.next = end + max(LEAST_SECONDS, (end - start) / SHARE)
+
+
+def png(path: Path) -> Occasional:
+    """Return a callback that writes the picture, as a screen shows it, to a PNG that is replaced as a whole.
+
+    Raises OutputError at once if it cannot be written; later it only stops showing.
+    """
+    files.check_output(path, overwrite=True, suffixes=(".png",))
+
+    def show(progress: Progress) -> None:
+        try:
+            files.write_png(path, display(progress.image))
+        except OutputError:
+            callback.next = float("inf")  # a picture of progress is not worth the render
+
+    callback = Occasional(show)
+    return callback
+
+
+def tev(name: str, address: str = "") -> Occasional:
+    """Return a callback that shows the picture and its sample counts under ``name`` in tev, at ``host:port``.
+
+    Raises SettingsError if tevclient is not installed or there is no viewer.
+    """
+    host, _, port = (address or "127.0.0.1").partition(":")
+    if port and not port.isdecimal():
+        raise SettingsError(f"tev: write host:port, with a number (was '{address}').")
+    try:
+        import tevclient
+    except ImportError:
+        raise SettingsError('tev: tevclient is not installed; pip install "tracer[tev]".') from None
+    client = tevclient.Ipc(host, int(port or TEV_PORT))
+    try:
+        client.__enter__()
+    except OSError as error:
+        raise SettingsError(
+            f"tev: no viewer answers at {host}:{port or TEV_PORT} ({error}); start tev first."
+        ) from None
+    channels = ["R", "G", "B", "samples.Y"]
+    created: list[str] = []
+
+    def show(progress: Progress) -> None:
+        image = progress.image
+        colour = image[..., :3] if image.shape[-1] >= 3 else image[..., :1].repeat(3, axis=-1)
+        values = np.concatenate([colour, progress.samples[..., None]], axis=-1, dtype=np.float32)
+        try:
+            if not created:
+                client.create_image(name, values.shape[1], values.shape[0], channels)
+                created.append(name)
+            client.update_image(name, values, channels)
+        except OSError:  # the viewer was closed
+            callback.next = float("inf")
+
+    callback = Occasional(show, lambda: client.__exit__(None, None, None))
+    return callback
+
+
+def notebook() -> ProgressCallback:
+    """Return a callback that shows bar and picture in a Jupyter notebook, replaced in place."""
+    from IPython.display import HTML
+    from IPython.display import display as show_html
+
+    handle: list[Any] = []
+
+    def show(progress: Progress) -> None:
+        page = HTML(html(progress, progress.image))
+        if handle:
+            handle[0].update(page)
+        else:
+            handle.append(show_html(page, display_id=True))
+
+    return Occasional(show)
+
+
+def html(progress: Progress, image: NDArray) -> str:
+    """Return a bar, a line of text and the picture as HTML."""
+    left = "" if progress.remaining is None else f", {progress.remaining:.0f} s left"
+    converged = "" if progress.converged is None else f", {100 * progress.converged:.0f} % converged"
+    return (
+        f'<div><progress value="{progress.done}" max="{progress.total}" style="width:100%"></progress>'
+        f"<p>{progress.done / 1e6:.1f} of {progress.total / 1e6:.1f} M samples{converged}{left}</p>"
+        f'<img src="data:image/png;base64,{as_png(display(image))}"></div>'
+    )
+
+
+def together(*callbacks: ProgressCallback | None) -> ProgressCallback:
+    """Return a callback that calls all of them; the render stops if any says so."""
+
+    def call(progress: Progress) -> bool:
+        answers = [callback(progress) for callback in callbacks if callback is not None]
+        return not any(answer is False for answer in answers)
+
+    return call
