@@ -21,7 +21,8 @@ def test_exr_holds_all_layers_and_metadata(tmp_path, result):
     files.write_result(path, result, metadata(result, "abc"))
     names, values, own = files.read_exr(path)
     stderr = [f"stderr.{c}" for c in "RGBA"]
-    assert sorted(names) == sorted([*"RGBA", "samples.Y", *stderr, "complexity.Y"])
+    single = ("samples", "complexity", "importance", "cost")
+    assert sorted(names) == sorted([*"RGBA", *stderr, *(f"{name}.Y" for name in single)])
 
     def layer(*wanted):
         return values[..., [names.index(name) for name in wanted]]
@@ -29,13 +30,23 @@ def test_exr_holds_all_layers_and_metadata(tmp_path, result):
     assert np.array_equal(layer(*"RGBA"), result.image)
     assert np.array_equal(layer("samples.Y")[..., 0], result.samples.astype(np.float32))
     assert np.array_equal(layer(*stderr), result.stderr)
-    assert np.array_equal(layer("complexity.Y")[..., 0], result.complexity)
+    for name in single[1:]:
+        assert np.array_equal(layer(f"{name}.Y")[..., 0], getattr(result, name))
     assert values.dtype == np.float32
     expected = {"spp": 8, "seed": 3, "criterion": "fused", "objective": "relative", "scene_hash": "abc", "complete": 1}
     assert {name: own[name] for name in expected} == expected
     assert own["seconds"] == pytest.approx(result.seconds, rel=1e-6)
     assert json.loads(own["report"])["settings"]["spp"] == 8
     assert [path.name for path in tmp_path.iterdir()] == ["out.exr"]
+
+
+def test_a_part_of_a_picture_is_shown_in_its_place(tmp_path, cornell):
+    part = tracer.render(cornell(), spp=4, criterion="uniform", crop=(5, 3, 7, 6))
+    files.write_result(tmp_path / "part.exr", part, {})
+    with files.opened(tmp_path / "part.exr") as source:
+        found = source.spec()
+    assert (found.x, found.y, found.width, found.height) == (5, 3, 7, 6)
+    assert (found.full_x, found.full_y, found.full_width, found.full_height) == (0, 0, 24, 16)
 
 
 def test_png_is_what_a_screen_shows(tmp_path, result):

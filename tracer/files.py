@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from tracer.errors import OutputError
 from tracer.result import Result, display
 
+Window = tuple[int, int, int, int]
+"""x and y of the pixels within a picture, and width and height of the picture."""
 IMAGE_SUFFIXES = (".exr", ".png")
 
 
@@ -115,28 +117,35 @@ def write_result(path: Path, result: Result, metadata: dict[str, Any]) -> None:
     if path.suffix.lower() == ".png":
         write_png(path, display(result.image))
     else:
-        names, values = layers(result)
-        write_exr(path, names, values, metadata)
+        write_exr(path, *layers(result), metadata, result.window)
 
 
 def layers(result: Result) -> tuple[list[str], NDArray[np.float32]]:
     """Return channel names and values (H, W, N) of the EXR of a result.
 
-    The image under its own names, then ``samples.Y``, ``stderr.`` with the names of the image, ``complexity.Y``. Counts
-    are exact up to 2^24, as float32 holds them.
+    The image under its own names, then ``stderr.`` with the names of the image, ``samples.Y``, ``complexity.Y``,
+    ``importance.Y``, ``cost.Y``. Counts are exact up to 2^24, as float32 holds them.
     """
-    names = [*result.channels, "samples.Y", *(f"stderr.{name}" for name in result.channels), "complexity.Y"]
-    single = result.samples[..., None].astype(np.float32), result.complexity[..., None]
-    return names, np.concatenate([result.image, single[0], result.stderr, single[1]], axis=-1, dtype=np.float32)
+    single = {name: getattr(result, name) for name in ("samples", "complexity", "importance", "cost")}
+    names = [*result.channels, *(f"stderr.{name}" for name in result.channels), *(f"{name}.Y" for name in single)]
+    values = [result.image, result.stderr, *(each[..., None] for each in single.values())]
+    return names, np.concatenate([each.astype(np.float32) for each in values], axis=-1)
 
 
-def write_exr(path: Path, names: list[str], values: NDArray[np.float32], metadata: dict[str, Any]) -> None:
-    """Write channels (H, W, N) as one float32 EXR; entries of ``metadata`` become attributes ``tracer:NAME``."""
+def write_exr(
+    path: Path, names: list[str], values: NDArray[np.float32], metadata: dict[str, Any], window: Window | None = None
+) -> None:
+    """Write channels (H, W, N) as one float32 EXR; entries of ``metadata`` become attributes ``tracer:NAME``.
+
+    ``window``: where the pixels lie in a larger picture, so that a part is shown in its place.
+    """
     import OpenImageIO as oiio
 
     height, width, count = values.shape
     specification = oiio.ImageSpec(width, height, count, "float")
     specification.channelnames = tuple(names)
+    if window is not None:
+        specification.x, specification.y, specification.full_width, specification.full_height = window
     specification.attribute("compression", "zip")
     for name, value in metadata.items():
         plain = value if isinstance(value, str | int | float) else json.dumps(value)

@@ -60,7 +60,11 @@ class Job(BaseModel):
     def one_or_several(cls, value: Any) -> Any:
         """Take numbers, one or several, also as text."""
         values = value if isinstance(value, list | tuple) else [value]
-        return "all" if "all" in values else values
+        if "all" in values:
+            return "all"
+        if values and all(str(each).isdecimal() for each in values):
+            return values
+        raise ValueError(f'sensor: write numbers from 0, or "all" (was {", ".join(map(repr, values))})')
 
     @field_validator("crop", mode="before")
     @classmethod

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from tracer import backend, criteria, draw, objective, pilot
+from tracer import backend, criteria, draw, memory, objective, pilot
 from tracer.checkpoint import EVERY_SECONDS, Keeper, open_keeper
 from tracer.decide import Decision, Situation, decide, share_out
 from tracer.estimate import Estimate, Statistics
@@ -45,6 +45,7 @@ def render(
     checkpoint: str | Path | None = None,
     checkpoint_every: float = EVERY_SECONDS,
     resume: bool = False,
+    memory_limit: float | None = None,
     started: float | None = None,
     **settings: Any,
 ) -> Result:
@@ -53,7 +54,9 @@ def render(
     ``sensor``: number or ``mi.Sensor``; ``size``, ``crop``: see ``tracer.scene``; ``define``: values of the $parameters
     of a file. ``importance``: array (H, W) or image file whose values multiply the importance of each pixel.
     ``checkpoint``: file to keep the state in, every ``checkpoint_every`` seconds and at the end; ``resume``: go on from
-    it if it is there. ``started``: value of ``time.perf_counter()`` from which a limit of time counts, instead of now.
+    it if it is there. ``memory_limit``: most memory in GiB; passes are made as small as that asks for. ``started``:
+    value of ``time.perf_counter()`` from which a limit of time counts, instead of now.
+
     Further keywords are those of ``tracer.settings.Settings``: spp, noise, time, seed, criterion, objective, exposure,
     pilot_spp, min_spp, max_spp, cost, block, unbiased, shape_weights; where the scene's integrator is ``adaptive``, its
     parameters are the defaults. Sets the Mitsuba variant ``llvm_ad_rgb`` unless one is active. Raises the errors of
@@ -68,7 +71,7 @@ def render(
         keeper = open_keeper(Path(checkpoint), fingerprint(scene, define), resume, every=checkpoint_every)
     with open_scene(scene, sensor, integrator, size, crop, define) as view:
         chosen = make_settings(**{**view.settings, **settings})
-        return render_view(view, chosen, progress, importance, keeper, started)
+        return render_view(view, chosen, progress, importance, keeper, started, memory_limit)
 
 
 def render_view(
@@ -78,13 +81,14 @@ def render_view(
     importance: Any = None,
     keeper: Keeper | None = None,
     started: float | None = None,
+    memory_limit: float | None = None,
 ) -> Result:
     """Render an open scene; see ``render``. ``keeper`` has the state of an earlier render, and keeps that of this one.
 
     Raises CheckpointError if the state is of another render.
     """
     with dr.suspend_grad():
-        rendering = Rendering(view, settings, progress, importance, keeper, started)
+        rendering = Rendering(view, settings, progress, importance, keeper, started, memory_limit)
         try:
             return rendering.run()
         finally:
@@ -102,6 +106,7 @@ class Rendering:
         importance: Any = None,
         keeper: Keeper | None = None,
         started: float | None = None,
+        memory_limit: float | None = None,
     ) -> None:
         self.start = time.perf_counter()
         self.view, self.settings, self.progress, self.keeper = view, settings, progress, keeper
@@ -112,7 +117,7 @@ class Rendering:
         self.draw = draw.Recorded(view, self.sampler, self.criterion.moments)
         self.kinds = draw.moment_counts(view, self.criterion.moments)
         self.total = settings.spp * view.pixel_count
-        self.memory: dict[str, Any] = {}
+        self.remembered: dict[str, Any] = {}
         self.complexity: pilot.Complexity | None = None
         self.wanted = wanted(view, settings, self.sampler.fork(), importance)
         self.state = State.beginning(view, settings, self.kinds)
@@ -122,6 +127,8 @@ class Rendering:
             self.state.plan_anew(self.total)
         self.report.rounds, self.report.notes = self.state.rounds, self.state.notes
         self.noise: Noise | None = None
+        self.need = memory.need(view, keeper is not None, settings.unbiased)
+        self.largest_pass = memory.largest_pass(self.need, memory_limit)
         self.pass_size = PASS_SIZES[1]
 
     @property
@@ -221,7 +228,7 @@ class Rendering:
             weight_before=None if before is None else self.weight(before),
             colour_channels=self.view.colour_channels,
             wanted=self.wanted,
-            memory=self.memory,
+            memory=self.remembered,
         )
         decision = decide(self.criterion, evidence, settings, situation, state.generator)
         state.importance = None if decision.importance is None else relative(decision.importance)
@@ -250,7 +257,7 @@ class Rendering:
         line = draw.Line(counts.ravel(), state.drawn.ravel())
         line.taken = state.taken
         while line.taken < line.total:
-            window = line.take(even_pass(line.total - line.taken, self.pass_size))
+            window = line.take(even_pass(line.total - line.taken, self.pass_size, self.largest_pass))
             pass_start = time.perf_counter()
             pixel, index = draw.lane_pixels(window)
             samples = self.draw(seed, pixel, index, scale)

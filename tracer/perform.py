@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import itertools
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
-from tracer import backend, checkpoint, files, live
+from tracer import backend, checkpoint, files, live, memory
 from tracer.checkpoint import Keeper
 from tracer.errors import SceneError, SettingsError
 from tracer.job import Job, Shot, check_frames, check_outputs, shots_of
@@ -19,12 +19,17 @@ from tracer.scene import open_scene, pick_sensor
 from tracer.settings import check_settings, make_settings
 from tracer.source import describe, fingerprint, load
 
+Tell = Callable[[str], None]
+"""Shows a sentence to a person."""
 
-def perform(job: Job, progress: ProgressCallback | None = None, started: float | None = None) -> Iterator[Any]:
-    """Yield (Shot, Result) of each picture as it is written; one that a person has stopped is the last.
 
-    ``started``: as for ``tracer.render``, for the first picture. What can be checked before the first ray is. Raises
-    the errors of ``tracer.errors``.
+def perform(
+    job: Job, progress: ProgressCallback | None = None, started: float | None = None, tell: Tell = lambda text: None
+) -> Iterator[tuple[Shot, Result]]:
+    """Yield each picture as it is written, and what it is of; one that a person has stopped is the last.
+
+    ``started``: as for ``tracer.render``, for the first picture. ``tell`` hears of large jobs before they begin. What
+    can be checked before the first ray is. Raises the errors of ``tracer.errors``.
     """
     check_settings(**job.settings)
     if job.resume and job.checkpoint is None:
@@ -43,7 +48,7 @@ def perform(job: Job, progress: ProgressCallback | None = None, started: float |
         for shot in shots:
             pick_sensor(scene, shot.sensor, path)
         for shot in shots:
-            result = picture(scene, scene_hash, shot, job, progress, started)
+            result = picture(scene, scene_hash, shot, job, progress, started, tell)
             started = None
             yield shot, result
             if not result.report.complete:
@@ -51,7 +56,13 @@ def perform(job: Job, progress: ProgressCallback | None = None, started: float |
 
 
 def picture(
-    scene: Any, scene_hash: str, shot: Shot, job: Job, progress: ProgressCallback | None, started: float | None
+    scene: Any,
+    scene_hash: str,
+    shot: Shot,
+    job: Job,
+    progress: ProgressCallback | None,
+    started: float | None,
+    tell: Tell,
 ) -> Result:
     """Render and write one picture."""
     started = time.perf_counter() if started is None else started
@@ -65,7 +76,10 @@ def picture(
         progress = live.together(progress, live.png(shot.live) if shot.live is not None else None, shown)
     with open_scene(scene, shot.sensor, job.integrator, job.size, job.crop) as view:
         settings = make_settings(**{**view.settings, **job.settings})
-        result = render_view(view, settings, progress, keeper=keeper, started=started)
+        needed = memory.need(view, keeper is not None, settings.unbiased)
+        if needed.total(size := memory.largest_pass(needed, job.memory)) > memory.LARGE:
+            tell(memory.in_words(needed, size))
+        result = render_view(view, settings, progress, keeper=keeper, started=started, memory_limit=job.memory)
     if shot.live is not None:
         files.write_png(shot.live, display(result.image))
     own = job.model_dump(mode="json", exclude={"settings", "overwrite", "resume"}, exclude_none=True)

@@ -43,9 +43,12 @@ def round_goals(settings: Settings, needs_radiance: bool, pixel_count: int, grow
     return [round(goal * pixel_count) for goal in goals]
 
 
-def even_pass(left: int, size: int) -> int:
-    """Return the samples of the next pass of ``left``, so that passes are about as long as ``size`` and each other."""
-    return ceil(left / max(round(left / size), ceil(left / PASS_SIZES[-1])))
+def even_pass(left: int, size: int, largest: int = PASS_SIZES[-1]) -> int:
+    """Return the samples of the next pass of ``left``, so that passes are about as long as ``size`` and each other.
+
+    None has more than ``largest``.
+    """
+    return ceil(left / max(round(left / size), ceil(left / largest)))
 
 
 def next_pass_size(rate: float) -> int:

@@ -1,5 +1,6 @@
 """The program: what it writes, and one sentence for every mistake."""
 
+import json
 import signal
 import subprocess
 import sys
@@ -8,7 +9,7 @@ import time
 import numpy as np
 import pytest
 
-from conftest import LIT
+from conftest import LIT, SENSOR
 from tracer.cli import repeat_option, run
 from tracer.files import read_exr
 
@@ -49,6 +50,27 @@ BAD = [
     (("render", "SCENE", "-o", "out.exr", "--sensor", "1"), 2, "There is no sensor 1"),
     (("render", "BROKEN", "-o", "out.exr"), 2, "does not load"),
     (("render", "BLIND", "-o", "out.exr"), 2, "has no sensor"),
+    (("render", "SCENE", "-o", "out.exr", "--noise", "0"), 2, "noise: input should be greater than 0"),
+    (("render", "SCENE", "-o", "out.exr", "--noise", "0.1", "--unbiased"), 2, "noise cannot be combined"),
+    (("render", "SCENE", "-o", "out.exr", "--time", "-1"), 2, "time: input should be greater than 0"),
+    (("render", "SCENE", "-o", "out.exr", "--resume"), 2, "name the checkpoint with --checkpoint"),
+    (("render", "SCENE", "-o", "out.exr", "--checkpoint", "there.exr"), 2, "'there.exr' exists"),
+    (("render", "SCENE", "-o", "out.exr", "--checkpoint", "there.exr", "--resume"), 2, "a damaged one; remove it"),
+    (("render", "SCENE", "-o", "out.exr", "--crop", "1,2,3"), 2, "crop: write x,y,width,height"),
+    (("render", "SCENE", "-o", "out.exr", "--crop", "10,2,3,4"), 2, "is not within the picture, 12 x 8"),
+    (("render", "SCENE", "-o", "out.exr", "--frames", "1-2"), 2, "is the same in every frame"),
+    (("render", "SCENE", "-o", "out.exr", "--frames", "2-1"), 2, "frames: write"),
+    (("render", "SCENE", "-o", "out.exr", "--define", "x=1"), 2, "unused parameters: - $x=1"),
+    (("render", "SCENE", "-o", "out.exr", "--define", "x"), 2, "define: write name=value"),
+    (("render", "SCENE", "-o", "out.exr", "--sensor", "first"), 2, "sensor: write numbers from 0"),
+    (("render", "SCENE", "-o", "out.exr", "--variant", "llvm_rgb"), 2, "There is no Mitsuba variant"),
+    (("render", "SCENE", "-o", "out.exr", "--memory", "0.01"), 2, "memory: this render needs about"),
+    (("render", "SCENE", "-o", "out.exr", "--config", "no.toml"), 2, "Cannot read 'no.toml'"),
+    (("render", "SCENE", "-o", "out.exr", "--live", "out.exr"), 2, "must end in .png"),
+    (("render", "SCENE", "-o", "out.exr", "--tev", "localhost:x"), 2, "tev: write host:port"),
+    (("merge", "there.exr", "-o", "out.exr"), 2, "is no checkpoint"),
+    (("merge", "no.ckpt", "-o", "out.exr"), 2, "There is no checkpoint 'no.ckpt'"),
+    (("merge", "there.exr", "-o", "there.exr"), 2, "'there.exr' exists"),
     (("compare", "no.xml"), 2, "there is no scene file"),
     (("compare", "SCENE", "--sensor", "1"), 2, "There is no sensor 1"),
     (("compare", "BLIND"), 2, "has no sensor"),
@@ -101,6 +123,58 @@ def test_settings_of_the_scenes_integrator_are_the_defaults(tracer_program, scen
     assert (own["spp"], own["criterion"]) == (5, "uniform")
 
 
+def read_samples(path):
+    names, values, own = read_exr(path)
+    return values[..., names.index("samples.Y")], own
+
+
+def test_a_farm_renders_parts_and_merges_them(tracer_program, scene_file, tmp_path):
+    scene = scene_file(LIT + '<shape type="sphere"><point name="center" x="0" y="0" z="4"/></shape>')
+    parts = [tmp_path / f"{seed}.ckpt" for seed in (1, 2)]
+    for seed, part in enumerate(parts, 1):
+        code, _, _ = tracer_program(
+            "render", scene, "-o", tmp_path / f"{seed}.exr", "--spp", 8, "--seed", seed, "--checkpoint", part, "-q"
+        )
+        assert code == 0
+    code, out, _ = tracer_program("merge", *parts, "-o", tmp_path / "all.exr", "--json")
+    assert code == 0
+    assert json.loads(out)["notes"] == ["Merged: seed 1, seed 2."]
+    counts = [read_samples(tmp_path / name)[0] for name in ("1.exr", "2.exr", "all.exr")]
+    assert np.array_equal(counts[0] + counts[1], counts[2])
+
+
+def test_a_checkpoint_is_resumed_to_a_larger_budget(tracer_program, scene_file, tmp_path):
+    common = ("render", scene_file(LIT), "-o", tmp_path / "out.exr", "--checkpoint", tmp_path / "state.ckpt", "-q")
+    assert tracer_program(*common, "--spp", 4)[0] == 0
+    code, _, err = tracer_program(*common, "--spp", 8)
+    assert (code, "--overwrite" in err) == (2, True)
+    assert tracer_program(*common, "--spp", 8, "--resume")[0] == 0
+    assert read_samples(tmp_path / "out.exr")[0].sum() == 8 * 96
+    assert tracer_program(*common, "--spp", 2, "--overwrite")[0] == 0
+    assert read_samples(tmp_path / "out.exr")[0].sum() == 2 * 96
+
+
+def test_frames_and_sensors_and_a_configuration(tracer_program, scene_file, tmp_path):
+    scene = scene_file(
+        f'<integrator type="path"/>{SENSOR}{SENSOR}<emitter type="constant">'
+        '<rgb name="radiance" value="$frame"/></emitter>'
+    )
+    configuration = tmp_path / "render.toml"
+    configuration.write_text('spp = 3\nseed = 5\nsensor = "all"\ncrop = [2, 1, 4, 5]\n')
+    arguments = ("render", scene, "-o", tmp_path / "o.##.exr", "--config", configuration, "--frames", "7-8")
+    code, out, err = tracer_program(*arguments, "--spp", 2)
+    assert (code, err) == (0, "")
+    names = [f"o.0{frame}-{sensor}.exr" for frame in (7, 8) for sensor in (0, 1)]
+    assert sorted(path.name for path in tmp_path.glob("*.exr")) == names
+    assert out.count("\n") >= 4
+    for name in names:
+        _, values, own = read_exr(tmp_path / name)
+        assert values.shape[:2] == (5, 4)
+        assert values[..., 0] == pytest.approx(int(name[3]))
+        job, settings = json.loads(own["job"]), json.loads(own["report"])["settings"]
+        assert (settings["spp"], settings["seed"], job["crop"], job["sensor"]) == (2, 5, [2, 1, 4, 5], "all")
+
+
 def test_overwrite(tracer_program, scene_file, tmp_path):
     path = tmp_path / "out.png"
     path.write_text("old")
@@ -142,12 +216,17 @@ def test_several_budgets_may_follow_one_option():
     assert repeat_option(["--spp", "16", "7.xml"], "--spp") == ["--spp", "16", "7.xml"]
 
 
-@pytest.mark.parametrize("command", [[], ["render"], ["compare"], ["demo"], ["info"]])
+VIEWS = ("measure", "map", "best", "tour", "cover", "report")
+COMMANDS = [["render"], ["merge"], ["radiosity"], ["radiosity-report"], ["compare"], ["study"], ["score"], ["demo"]]
+COMMANDS += [["info"], ["view"], *(["view", name] for name in VIEWS)]
+
+
+@pytest.mark.parametrize("command", [[], *COMMANDS])
 def test_help(tracer_program, command):
     code, out, _ = tracer_program(*command, "--help")
     assert code == 0
     assert "Usage" in out
-    if command:
+    if command and command != ["view"]:
         assert "Example" in out
 
 

@@ -35,7 +35,8 @@ def watch(title: str, quiet: bool = False) -> Iterator[ProgressCallback]:
 def steps(quiet: bool = False) -> Iterator[StepCallback]:
     """Show a bar for work in named steps; yield the callback that moves it. Ctrl-C stops as in ``watch``."""
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
-    bar = Progress(*columns, console=Console(stderr=True), disable=quiet, transient=True)
+    console = Console(stderr=True)
+    bar = Progress(*columns, console=console, disable=quiet or not console.is_terminal, transient=True)
     task = bar.add_task("", total=None)
 
     with stopping() as stopped:

@@ -97,6 +97,7 @@ def render(
             "--unbiased", help="Keep the samples that decide out of the picture.", rich_help_panel=Panel.WHERE
         ),
     ] = None,
+    memory: Annotated[float | None, typer.Option(help="Most memory to use, in GiB.")] = None,
     live: Annotated[Path | None, typer.Option(help="PNG that shows the picture while it renders.")] = None,
     tev: Annotated[str | None, typer.Option(help="host[:port] of a tev viewer that shows it, too.")] = None,
     overwrite: options.Overwrite = False,
@@ -126,7 +127,7 @@ def render(
 
     job = make_job(given, config)
     with watch("Rendering", quiet or as_json) as progress:
-        for shot, result in perform(job, progress, STARTED):
+        for shot, result in perform(job, progress, STARTED, lambda text: None if quiet else typer.echo(text, err=True)):
             if as_json:
                 typer.echo(json.dumps({"output": str(shot.output), **summary(result)}))
             elif not quiet:
