@@ -1,0 +1,1 @@
+"""All that is claimed of production features, measured: noise targets, overheads, denoising."""
