@@ -19,9 +19,9 @@ def test_a_histogram_counts_every_pixel_in_its_range(counts):
 
 
 def test_a_report_says_what_became_of_the_pixels(cornell):
-    result = tracer.render(cornell(), spp=16, max_spp=20, noise=1e-6)
+    result = tracer.render(cornell(), spp=24, max_spp=32, noise=1e-6)
     report = result.report
-    assert report.pixels_at_most == np.count_nonzero(result.samples >= 20) > 0
+    assert report.pixels_at_most == np.count_nonzero(result.samples >= 32) > 0
     assert sum(report.histogram.values()) == result.samples.size
     assert report.noise == pytest.approx(report.as_dict()["noise"])
     assert 0 < report.converged < 1
