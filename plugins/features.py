@@ -1,4 +1,4 @@
-"""Integrator ``features``: what the camera's rays hit first, as AOVs that tell a denoiser what is an edge and what noise.
+"""Integrator ``features``: what the camera's rays hit first, as AOVs that tell a denoiser what is edge and what noise.
 
 The radiance is 0. The AOVs are ``albedo.R``, ``albedo.G``, ``albedo.B``, ``normal.X``, ``normal.Y``, ``normal.Z`` and
 ``depth.Z``. It has no parameters.
@@ -10,6 +10,8 @@ The radiance is 0. The AOVs are ``albedo.R``, ``albedo.G``, ``albedo.B``, ``norm
 - Normal: the shading normal, in world space, of length 1; 0 where nothing is hit.
 - Depth: the distance from where the ray begins, as that of Mitsuba's ``aov``; perspective cameras begin rays at their
   near plane. 0 where nothing is hit.
+
+Media are not seen, and an emitter is, where the picture's integrator hides it.
 
 .. tabs::
     .. code-tab:: xml
