@@ -17,7 +17,9 @@ from scipy.ndimage import gaussian_filter
 from tracer import backend, criteria, draw, memory, objective, pilot
 from tracer.checkpoint import EVERY_SECONDS, Keeper, open_keeper
 from tracer.decide import Decision, Situation, decide, share_out
+from tracer.denoise import load as load_denoiser
 from tracer.estimate import Estimate, Statistics
+from tracer.finish import see, without_noise
 from tracer.halt import Clock, next_goal
 from tracer.noise import Noise
 from tracer.progress import Progress, ProgressCallback
@@ -29,6 +31,8 @@ from tracer.source import fingerprint
 from tracer.state import State
 from tracer.wanted import wanted
 
+FEATURE_SECONDS, DENOISE_SECONDS = 6e-6, 8e-6
+"""A pixel, kept back for the end where time is limited."""
 HELD_OUT_KEY = 0x5EED0
 """Keeps samples that only decide apart from those that make the picture."""
 
@@ -109,6 +113,8 @@ class Rendering:
         self.start = time.perf_counter()
         self.view, self.settings, self.terms = view, settings, terms
         self.keeper = keeper = terms.keeper
+        if terms.denoise:
+            load_denoiser()  # before the work, not after
         self.clock = Clock(settings.time, self.start if terms.started is None else terms.started, view)
         self.criterion = criteria.get(settings.criterion)
         self.report = Report(settings)
@@ -289,7 +295,9 @@ class Rendering:
         self.timed("seconds_statistics", self.estimate.develop)
         start = time.perf_counter()
         self.timed("seconds_statistics", self.estimate.develop)
-        self.clock.keep_back(time.perf_counter() - start)
+        pixels = self.view.pixel_count
+        after = FEATURE_SECONDS * pixels * self.terms.features + DENOISE_SECONDS * pixels * self.terms.denoise
+        self.clock.keep_back(time.perf_counter() - start + after)
 
     def measure_noise(self, anew: bool) -> None:
         """Find how noisy the picture is, ``anew`` if it has changed since that was last found."""
@@ -334,6 +342,12 @@ class Rendering:
         image, stderr = self.timed("seconds_statistics", self.estimate.develop)
         statistics = self.estimate.statistics()
         entropy = self.look().shape_entropy if state.looked else None
+        drawn = self.view, self.sampler, self.settings.seed
+        seen = self.timed("seconds_features", see, *drawn, statistics.count) if self.terms.features else None
+        noisy = None
+        if self.terms.denoise:
+            noisy = image[..., : self.view.colour_channels]
+            image = self.timed("seconds_denoising", without_noise, *drawn, image, statistics)
         report.describe(self.view, statistics, state.done, self.total, self.noise)
         inner = self.view.inner
         return Result(
@@ -343,6 +357,8 @@ class Rendering:
             complexity=self.layer(entropy),
             importance=self.layer(state.importance),
             cost=statistics.rays[inner],
+            noisy=noisy,
+            seen=seen,
             channels=list(self.view.channels),
             window=self.view.window,
             seconds=time.perf_counter() - self.start,
