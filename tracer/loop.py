@@ -21,6 +21,7 @@ from tracer.denoise import load as load_denoiser
 from tracer.estimate import Estimate, Statistics
 from tracer.finish import see, without_noise
 from tracer.halt import Clock, next_goal
+from tracer.leftover import Leftover
 from tracer.noise import Noise
 from tracer.progress import Progress, ProgressCallback
 from tracer.result import Report, Result, Round
@@ -113,7 +114,8 @@ class Rendering:
         self.start = time.perf_counter()
         self.view, self.settings, self.terms = view, settings, terms
         self.keeper = keeper = terms.keeper
-        if terms.denoise:
+        denoises = settings.objective == "denoised"
+        if terms.denoise or denoises:
             load_denoiser()  # before the work, not after
         self.clock = Clock(settings.time, self.start if terms.started is None else terms.started, view)
         self.criterion = criteria.get(settings.criterion)
@@ -131,6 +133,9 @@ class Rendering:
             self.state = keeper.load(self.state)
             self.state.plan_anew(self.total)
         self.report.rounds, self.report.notes = self.state.rounds, self.state.notes
+        self.leftover = Leftover(view, self.sampler, self.seed) if denoises else None
+        self.left: NDArray[np.float64] | float = 1.0
+        """Share of each pixel's noise that denoising is expected to leave."""
         self.noise: Noise | None = None
         self.need = memory.need(view, keeper is not None, settings.unbiased)
         self.largest_pass = memory.largest_pass(self.need, terms.memory_limit)
@@ -225,6 +230,8 @@ class Rendering:
         if self.criterion.needs_radiance and (known is None or teaches or first):
             even = np.ones(self.view.grid) if goal < self.total else self.wanted
             return Decision(share_out(even, even, settings, situation, False, state.generator))
+        if self.leftover is not None and known is not None and before is not None:
+            self.left = self.timed("seconds_denoising", self.leftover.share, before, known)
         evidence = criteria.Evidence(
             look=self.look,
             statistics=known,
@@ -248,7 +255,7 @@ class Rendering:
             return np.ones(self.view.grid)
         brightness = self.view.luminance(known.mean)
         smooth = gaussian_filter(brightness, 1.0, mode="nearest")
-        return objective.weights(self.settings.objective, smooth, self.settings.exposure)
+        return objective.weights(self.settings.objective, smooth, self.settings.exposure) * self.left
 
     def draw_round(self) -> None:
         """Draw what the allocation has beyond what is drawn, pass by pass."""
