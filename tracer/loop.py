@@ -50,7 +50,7 @@ class Terms:
 
 
 def render_view(view: View, settings: Settings, terms: Terms = Terms(), importance: Any = None) -> Result:
-    """Render an open scene; see ``tracer.render``. Raises CheckpointError if the state to go on from is of another render."""
+    """Render an open scene; see ``tracer.render``. Raises CheckpointError if the state kept is of another render."""
     with dr.suspend_grad():
         rendering = Rendering(view, settings, terms, importance)
         try:
