@@ -13,7 +13,7 @@ import mitsuba as mi
 
 from tracer.backend import reload_plugins
 
-PLUGINS = ("owen_sobol", "adaptive", "radiosity")
+PLUGINS = ("owen_sobol", "adaptive", "radiosity", "features")
 
 if (mi.variant() or "").startswith(("llvm_", "cuda_")):
     for name in PLUGINS:

@@ -30,10 +30,12 @@ def test_goals_one_after_the_other():
 
 def test_a_noise_target_ends_a_render_once_it_is_measured():
     settings = make_settings(noise=0.1)
-    assert next_goal(GOALS, 400, settings, Noise(0.05, 0.99, 1.0, False), clock()) == (800, None)
-    assert next_goal(GOALS, 400, settings, Noise(0.05, 0.99, 1.0, True), clock()) == (None, "noise")
-    assert next_goal(GOALS, 400, settings, Noise(0.2, 0.8, 4.0, True), clock()) == (800, None)
-    assert next_goal(GOALS, 400, settings, Noise(0.12, 0.9, 1.44, True), clock()) == (round(400 * 1.05 * 1.44), None)
+    few, enough = 16 * 1600 // 4096 - 1, 400  # of 1600 for 4096 spp
+    assert next_goal(GOALS, few, settings, Noise(0.05, 0.99, 1.0, True), clock()) == (400, None)
+    assert next_goal(GOALS, enough, settings, Noise(0.05, 0.99, 1.0, False), clock()) == (800, None)
+    assert next_goal(GOALS, enough, settings, Noise(0.05, 0.99, 1.0, True), clock()) == (None, "noise")
+    assert next_goal(GOALS, enough, settings, Noise(0.2, 0.8, 4.0, True), clock()) == (800, None)
+    assert next_goal(GOALS, enough, settings, Noise(0.12, 0.9, 1.44, True), clock()) == (round(400 * 1.05 * 1.44), None)
 
 
 def test_time_shortens_a_round_and_ends_a_render():

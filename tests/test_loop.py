@@ -10,7 +10,7 @@ import pytest
 import tracer
 from tracer import criteria
 from tracer.errors import SettingsError
-from tracer.loop import Rendering, render_view
+from tracer.loop import Rendering, Terms, render_view
 from tracer.result import empty_pixels
 from tracer.scene import open_scene
 from tracer.settings import make_settings
@@ -173,7 +173,7 @@ def test_a_render_lets_go_of_its_scene(cornell):
 def test_a_stopped_unbiased_picture_has_no_holes(cornell, monkeypatch):
     monkeypatch.setattr("tracer.rounds.PASS_SIZES", (1000, 1000, 1000))
     with open_scene(cornell()) as view:
-        rendering = Rendering(view, make_settings(spp=64, unbiased=True), lambda now: now.done < 0.3 * now.total)
+        rendering = Rendering(view, make_settings(spp=64, unbiased=True), Terms(lambda now: now.done < 0.3 * now.total))
         rendering.pass_size = 1000
         result = rendering.run()
         rendering.draw.close()

@@ -41,3 +41,7 @@ class StudyError(TracerError):
 
 class ScoreError(TracerError):
     """Pictures that cannot be read, or cannot be compared."""
+
+
+class DenoiseError(TracerError):
+    """Pictures that cannot be denoised, or a denoiser that is not installed."""

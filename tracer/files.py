@@ -124,11 +124,20 @@ def layers(result: Result) -> tuple[list[str], NDArray[np.float32]]:
     """Return channel names and values (H, W, N) of the EXR of a result.
 
     The image under its own names, then ``stderr.`` with the names of the image, ``samples.Y``, ``complexity.Y``,
-    ``importance.Y``, ``cost.Y``. Counts are exact up to 2^24, as float32 holds them.
+    ``importance.Y``, ``cost.Y``. Counts are exact up to 2^24, as float32 holds them. If it was denoised, ``noisy.``
+    with the names of its colours; if features were asked for, ``albedo.R/G/B``, ``normal.X/Y/Z``, ``depth.Z`` and
+    ``shape.Y``.
     """
     single = {name: getattr(result, name) for name in ("samples", "complexity", "importance", "cost")}
     names = [*result.channels, *(f"stderr.{name}" for name in result.channels), *(f"{name}.Y" for name in single)]
     values = [result.image, result.stderr, *(each[..., None] for each in single.values())]
+    if result.noisy is not None:
+        names += [f"noisy.{name}" for name in result.channels[: result.noisy.shape[-1]]]
+        values.append(result.noisy)
+    if result.seen is not None:
+        names += [*(f"albedo.{c}" for c in "RGB"), *(f"normal.{c}" for c in "XYZ"), "depth.Z", "shape.Y"]
+        features = result.seen.features
+        values += [features.albedo, features.normal, features.depth[..., None], result.seen.shapes[..., None]]
     return names, np.concatenate([each.astype(np.float32) for each in values], axis=-1)
 
 

@@ -58,6 +58,12 @@ class Frame:
             return np.array(mi.xyz_to_srgb(mi.Color3f(colour.reshape(-1, 3).T))).T.reshape(colour.shape)
         return colour.repeat(3, axis=-1) if self.colour_channels == 1 else colour
 
+    def from_rgb(self, rgb: NDArray) -> NDArray:
+        """Return the colour channels (H, W, 1 or 3) of these channels from linear sRGB (H, W, 3)."""
+        if self.channels[0] == "X":
+            return np.array(mi.srgb_to_xyz(mi.Color3f(rgb.reshape(-1, 3).T))).T.reshape(rgb.shape)
+        return luminance(rgb)[..., None] if self.colour_channels == 1 else rgb
+
 
 @dataclass(frozen=True)
 class PlainFrame(Frame):

@@ -13,6 +13,8 @@ from tracer.settings import Settings
 Reason = Literal["spp", "noise", "time", "person"]
 """What ended a render: the budget, the noise target, the time, or a person."""
 
+LEAST_SPP = 16
+"""Mean samples per pixel before which a noise target is not met: light that is rare is not seen sooner."""
 MARGIN = 1.05
 """Samples beyond those that a noise target seems to need."""
 LEAST_GROWTH = 1.2
@@ -79,7 +81,8 @@ def next_goal(
     goal = next((each for each in goals if each > done), None)
     if goal is None:
         return None, "spp"
-    if settings.noise is not None and noise is not None and noise.measured:
+    early = done * settings.spp < LEAST_SPP * goals[-1]
+    if settings.noise is not None and noise is not None and noise.measured and not early:
         if noise.error <= settings.noise:
             return None, "noise"
         goal = min(goal, round(done * max(MARGIN * noise.needed, LEAST_GROWTH)))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,9 @@ from scipy.ndimage import gaussian_filter
 from tracer import backend, criteria, draw, memory, objective, pilot
 from tracer.checkpoint import EVERY_SECONDS, Keeper, open_keeper
 from tracer.decide import Decision, Situation, decide, share_out
+from tracer.denoise import load as load_denoiser
 from tracer.estimate import Estimate, Statistics
+from tracer.finish import see, without_noise
 from tracer.halt import Clock, next_goal
 from tracer.noise import Noise
 from tracer.progress import Progress, ProgressCallback
@@ -28,6 +31,8 @@ from tracer.source import fingerprint
 from tracer.state import State
 from tracer.wanted import wanted
 
+FEATURE_SECONDS, DENOISE_SECONDS = 6e-6, 8e-6
+"""A pixel, kept back for the end where time is limited."""
 HELD_OUT_KEY = 0x5EED0
 """Keeps samples that only decide apart from those that make the picture."""
 
@@ -46,6 +51,8 @@ def render(
     checkpoint_every: float = EVERY_SECONDS,
     resume: bool = False,
     memory_limit: float | None = None,
+    features: bool = False,
+    denoise: bool = False,
     started: float | None = None,
     **settings: Any,
 ) -> Result:
@@ -54,8 +61,10 @@ def render(
     ``sensor``: number or ``mi.Sensor``; ``size``, ``crop``: see ``tracer.scene``; ``define``: values of the $parameters
     of a file. ``importance``: array (H, W) or image file whose values multiply the importance of each pixel.
     ``checkpoint``: file to keep the state in, every ``checkpoint_every`` seconds and at the end; ``resume``: go on from
-    it if it is there. ``memory_limit``: most memory in GiB; passes are made as small as that asks for. ``started``:
-    value of ``time.perf_counter()`` from which a limit of time counts, instead of now.
+    it if it is there. ``memory_limit``: most memory in GiB; passes are made as small as that asks for.
+    ``features``: whether to return what the camera's rays hit first; ``denoise``: whether to take the noise out of the
+    picture with the help of that. ``started``: value of ``time.perf_counter()`` from which a limit of time counts,
+    instead of now.
 
     Further keywords are those of ``tracer.settings.Settings``: spp, noise, time, seed, criterion, objective, exposure,
     pilot_spp, min_spp, max_spp, cost, block, unbiased, shape_weights; where the scene's integrator is ``adaptive``, its
@@ -71,24 +80,26 @@ def render(
         keeper = open_keeper(Path(checkpoint), fingerprint(scene, define), resume, every=checkpoint_every)
     with open_scene(scene, sensor, integrator, size, crop, define) as view:
         chosen = make_settings(**{**view.settings, **settings})
-        return render_view(view, chosen, progress, importance, keeper, started, memory_limit)
+        return render_view(view, chosen, Terms(progress, keeper, started, memory_limit, features, denoise), importance)
 
 
-def render_view(
-    view: View,
-    settings: Settings,
-    progress: ProgressCallback | None = None,
-    importance: Any = None,
-    keeper: Keeper | None = None,
-    started: float | None = None,
-    memory_limit: float | None = None,
-) -> Result:
-    """Render an open scene; see ``render``. ``keeper`` has the state of an earlier render, and keeps that of this one.
+@dataclass(frozen=True)
+class Terms:
+    """How a render is carried out, which changes none of its samples; see ``render``."""
 
-    Raises CheckpointError if the state is of another render.
-    """
+    progress: ProgressCallback | None = None
+    keeper: Keeper | None = None
+    """Has the state of an earlier render to go on from, and keeps that of this one."""
+    started: float | None = None
+    memory_limit: float | None = None
+    features: bool = False
+    denoise: bool = False
+
+
+def render_view(view: View, settings: Settings, terms: Terms = Terms(), importance: Any = None) -> Result:
+    """Render an open scene; see ``render``. Raises CheckpointError if the state to go on from is of another render."""
     with dr.suspend_grad():
-        rendering = Rendering(view, settings, progress, importance, keeper, started, memory_limit)
+        rendering = Rendering(view, settings, terms, importance)
         try:
             return rendering.run()
         finally:
@@ -98,19 +109,13 @@ def render_view(
 class Rendering:
     """One render under way."""
 
-    def __init__(
-        self,
-        view: View,
-        settings: Settings,
-        progress: ProgressCallback | None = None,
-        importance: Any = None,
-        keeper: Keeper | None = None,
-        started: float | None = None,
-        memory_limit: float | None = None,
-    ) -> None:
+    def __init__(self, view: View, settings: Settings, terms: Terms = Terms(), importance: Any = None) -> None:
         self.start = time.perf_counter()
-        self.view, self.settings, self.progress, self.keeper = view, settings, progress, keeper
-        self.clock = Clock(settings.time, self.start if started is None else started, view)
+        self.view, self.settings, self.terms = view, settings, terms
+        self.keeper = keeper = terms.keeper
+        if terms.denoise:
+            load_denoiser()  # before the work, not after
+        self.clock = Clock(settings.time, self.start if terms.started is None else terms.started, view)
         self.criterion = criteria.get(settings.criterion)
         self.report = Report(settings)
         self.sampler = mi.load_dict({"type": "owen_sobol"})
@@ -128,7 +133,7 @@ class Rendering:
         self.report.rounds, self.report.notes = self.state.rounds, self.state.notes
         self.noise: Noise | None = None
         self.need = memory.need(view, keeper is not None, settings.unbiased)
-        self.largest_pass = memory.largest_pass(self.need, memory_limit)
+        self.largest_pass = memory.largest_pass(self.need, terms.memory_limit)
         self.pass_size = PASS_SIZES[1]
 
     @property
@@ -290,7 +295,9 @@ class Rendering:
         self.timed("seconds_statistics", self.estimate.develop)
         start = time.perf_counter()
         self.timed("seconds_statistics", self.estimate.develop)
-        self.clock.keep_back(time.perf_counter() - start)
+        pixels = self.view.pixel_count
+        after = FEATURE_SECONDS * pixels * self.terms.features + DENOISE_SECONDS * pixels * self.terms.denoise
+        self.clock.keep_back(time.perf_counter() - start + after)
 
     def measure_noise(self, anew: bool) -> None:
         """Find how noisy the picture is, ``anew`` if it has changed since that was last found."""
@@ -317,7 +324,7 @@ class Rendering:
             develop=lambda: self.estimate.develop()[0],
             count=self.estimate.samples,
         )
-        if self.progress is not None and self.progress(now) is False and state.done < self.total:
+        if self.terms.progress is not None and self.terms.progress(now) is False and state.done < self.total:
             self.report.stopped_by = "person"
         elif not finished and self.clock.is_over() and len(state.rounds) > 0:
             self.report.stopped_by = "time"
@@ -335,6 +342,12 @@ class Rendering:
         image, stderr = self.timed("seconds_statistics", self.estimate.develop)
         statistics = self.estimate.statistics()
         entropy = self.look().shape_entropy if state.looked else None
+        drawn = self.view, self.sampler, self.settings.seed
+        seen = self.timed("seconds_features", see, *drawn, statistics.count) if self.terms.features else None
+        noisy = None
+        if self.terms.denoise:
+            noisy = image[..., : self.view.colour_channels]
+            image = self.timed("seconds_denoising", without_noise, *drawn, image, statistics)
         report.describe(self.view, statistics, state.done, self.total, self.noise)
         inner = self.view.inner
         return Result(
@@ -344,6 +357,8 @@ class Rendering:
             complexity=self.layer(entropy),
             importance=self.layer(state.importance),
             cost=statistics.rays[inner],
+            noisy=noisy,
+            seen=seen,
             channels=list(self.view.channels),
             window=self.view.window,
             seconds=time.perf_counter() - self.start,

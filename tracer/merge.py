@@ -93,6 +93,8 @@ def picture(total: Estimate, whole: Checkpoint, seconds: float) -> Result:
         complexity=nothing,
         importance=nothing,
         cost=statistics.rays[frame.inner],
+        noisy=None,
+        seen=None,
         channels=list(frame.channels),
         window=frame.window,
         seconds=seconds,

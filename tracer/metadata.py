@@ -30,4 +30,5 @@ def metadata(result: Result, scene_hash: str) -> dict[str, Any]:
         "seconds": result.seconds,
         "complete": int(result.report.complete),
         "report": result.report.as_dict(),
+        **({"shapes": result.seen.shape_names} if result.seen is not None else {}),
     }

@@ -11,7 +11,7 @@ from tracer import backend, checkpoint, files, live, memory
 from tracer.checkpoint import Keeper
 from tracer.errors import SceneError, SettingsError
 from tracer.job import Job, Shot, check_frames, check_outputs, shots_of
-from tracer.loop import render_view
+from tracer.loop import Terms, render_view
 from tracer.metadata import metadata
 from tracer.progress import ProgressCallback
 from tracer.result import Result, display
@@ -79,7 +79,7 @@ def picture(
         needed = memory.need(view, keeper is not None, settings.unbiased)
         if needed.total(size := memory.largest_pass(needed, job.memory)) > memory.LARGE:
             tell(memory.in_words(needed, size))
-        result = render_view(view, settings, progress, keeper=keeper, started=started, memory_limit=job.memory)
+        result = render_view(view, settings, Terms(progress, keeper, started, job.memory, job.features, job.denoise))
     if shot.live is not None:
         files.write_png(shot.live, display(result.image))
     own = job.model_dump(mode="json", exclude={"settings", "overwrite", "resume"}, exclude_none=True)

@@ -17,6 +17,7 @@ from tracer.settings import Settings
 
 if TYPE_CHECKING:
     from tracer.estimate import Statistics
+    from tracer.finish import Seen
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,8 @@ class Report:
     """Importance and allocation."""
     seconds_statistics: float = 0.0
     """Adding samples to the estimate, and developing the image."""
+    seconds_features: float = 0.0
+    seconds_denoising: float = 0.0
 
     @property
     def complete(self) -> bool:
@@ -115,6 +118,10 @@ class Result:
     """(H, W): by which the last round was shared out; zeros if all pixels were to have the same."""
     cost: NDArray[np.float32]
     """(H, W): mean rays of one sample."""
+    noisy: NDArray[np.float32] | None
+    """(H, W, 1 or 3): the colours of ``image`` before its noise was taken out; None if it was not."""
+    seen: Seen | None
+    """What the camera's rays hit first, if it was asked for."""
     channels: list[str]
     window: tuple[int, int, int, int]
     """x and y of the picture within the film, and width and height of the film."""

@@ -14,7 +14,7 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.loop import render_view
+from tracer.loop import Terms, render_view
 from tracer.progress import ProgressCallback
 from tracer.scene import Size, open_scene, pick_sensor, resize_film
 from tracer.settings import make_settings
@@ -81,7 +81,7 @@ class Studio:
             chosen = None if foretold is None else foretold(spp)
             spp = spp if chosen is None else max(1, round(float(chosen.mean())))
             start = time.perf_counter()
-            result = render_view(view, make_settings(spp=spp, seed=seed, **settings), progress, chosen)
+            result = render_view(view, make_settings(spp=spp, seed=seed, **settings), Terms(progress), chosen)
             seconds = time.perf_counter() - start
             if not result.report.complete:
                 raise KeyboardInterrupt

@@ -1,0 +1,129 @@
+"""Features along the rays of the picture, and the numbers of shapes."""
+
+import mitsuba as mi
+import numpy as np
+import pytest
+
+import tracer
+from conformance.cases import sensors
+from plugins.test_features import room, wall
+from tracer.features import FeatureView, draw_features, shape_numbers
+from tracer.scene import open_scene
+
+T = mi.ScalarTransform4f
+
+
+def sampler():
+    return mi.load_dict({"type": "owen_sobol"})
+
+
+def full(view, count):
+    return np.full(view.grid, count, np.uint32)
+
+
+def stacked(features):
+    return np.concatenate([features.albedo, features.normal, features.depth[..., None]], axis=-1)
+
+
+@pytest.mark.parametrize("sensor", ["perspective", "thinlens", "orthographic", "shutter"])
+@pytest.mark.parametrize("film", [{}, {"sample_border": True}, {"crop_offset_x": 5, "crop_width": 9}])
+def test_rays_are_those_of_the_picture(sensor, film):
+    """Mitsuba's own AOVs, beside a picture drawn by our loop with the same seed, see the same."""
+    scene = room(size=16) | {"sensor": room(16)["sensor"] | film_of(film)}
+    if sensor != "perspective":
+        scene["sensor"] = sensors()[sensor] | {"film": scene["sensor"]["film"]}
+    aov = {"type": "aov", "aovs": "a:albedo,n:sh_normal,d:depth", "picture": {"type": "path", "max_depth": 3}}
+    expected = tracer.render(scene, integrator=aov, criterion="uniform", spp=8, seed=7).image[..., -7:]
+    with open_scene(scene) as view:
+        found = draw_features(view, sampler(), 7, full(view, 8))
+        others = draw_features(view, sampler(), 8, full(view, 8))
+    assert found.depth.dtype == found.albedo.dtype == found.normal.dtype == np.float32
+    assert found.depth.shape == view.size
+    assert stacked(found) == pytest.approx(expected, abs=2e-5)
+    assert np.abs(stacked(others) - expected).max() > 0.01
+
+
+def film_of(film):
+    return {"film": room(16)["sensor"]["film"] | film}
+
+
+def test_no_more_rays_than_the_picture_or_than_most():
+    with open_scene(room()) as view:
+        counts = np.random.default_rng(1).integers(0, 60, view.grid).astype(np.uint32)
+        found = draw_features(view, sampler(), 3, counts, most=16)
+        fewer = draw_features(view, sampler(), 3, np.minimum(counts, 16), most=99)
+    assert np.array_equal(stacked(found), stacked(fewer))
+
+
+def test_pixels_without_samples_are_zero():
+    with open_scene(wall()) as view:
+        counts = full(view, 4)
+        counts[:, -2:] = 0
+        found = draw_features(view, sampler(), 0, counts)
+        nothing = draw_features(view, sampler(), 0, 0 * counts)
+    assert np.all(stacked(found)[:, -2:] == 0)
+    assert not stacked(nothing).any()
+
+
+def test_a_wall_at_a_known_distance():
+    with open_scene(wall({"type": "diffuse", "reflectance": 0.25})) as view:
+        found = draw_features(view, sampler(), 0, full(view, 8))
+    left = np.arange(8) < 4
+    assert stacked(found)[:, ~left] == pytest.approx(0)
+    assert stacked(found)[:, left] == pytest.approx(np.tile([0.25, 0.25, 0.25, 0, 0, 1, 1.5], (4, 4, 1)))
+
+
+def test_view_and_sampler_are_left_alone():
+    with open_scene(room()) as view:
+        used, channels = sampler(), list(view.channels)
+        draw_features(view, used, 0, full(view, 1))
+        assert view.channels == channels
+        assert vars(used).keys() == vars(sampler()).keys()
+        assert FeatureView(view.scene, view.sensor, mi.load_dict({"type": "features"}), {}).size == view.size
+
+
+def test_shapes_by_their_number():
+    with open_scene(room(size=32)) as view:
+        numbers, names = shape_numbers(view)
+        assert names == [shape.id() for shape in view.scene.shapes()]
+        by_name = {name: numbers == k + 1 for k, name in enumerate(names)}
+    assert numbers.shape == (32, 32)
+    assert numbers.dtype == np.uint32
+    assert by_name["floor"][-2, 16]
+    assert by_name["ceiling"][1, 3]
+    assert by_name["balls_0"].any()
+    assert by_name["balls_1"].any()
+    assert sum(seen.sum() for seen in by_name.values()) + (numbers == 0).sum() == 32 * 32
+
+
+def test_shapes_of_a_crop_are_those_of_the_whole():
+    scene = room(size=20)
+    with open_scene(scene) as view:
+        whole, _ = shape_numbers(view)
+    scene["sensor"]["film"] |= {"crop_offset_x": 3, "crop_offset_y": 6, "crop_width": 11, "crop_height": 9}
+    scene["sensor"]["film"]["sample_border"] = True
+    with open_scene(scene) as view:
+        crop, _ = shape_numbers(view)
+    assert np.array_equal(crop, whole[6:15, 3:14])
+
+
+def test_nothing_is_shape_zero():
+    with open_scene(wall()) as view:
+        numbers, names = shape_numbers(view)
+    assert names == ["wall"]
+    assert np.array_equal(numbers, np.tile([1, 1, 1, 1, 0, 0, 0, 0], (4, 1)))
+
+
+@pytest.mark.parametrize("border", [False, True])
+def test_unfiltered_is_what_a_box_filter_gives(border):
+    scene = room(16)
+    scene["sensor"]["film"]["sample_border"] = border
+    with open_scene(scene) as view:
+        found = draw_features(view, sampler(), 0, full(view, 8), filtered=False)
+    scene["sensor"]["film"] |= {"rfilter": {"type": "box"}, "sample_border": False}
+    with open_scene(scene) as view:
+        expected = draw_features(view, sampler(), 0, full(view, 8))
+    if border:  # the same picture, but its pixels have other numbers, so other samples
+        assert np.abs(stacked(found) - stacked(expected)).mean() < 0.03
+    else:
+        assert np.array_equal(stacked(found), stacked(expected))

@@ -1,0 +1,42 @@
+"""A picture whose pixels are means of their own samples, made to look as through the film's filter."""
+
+from __future__ import annotations
+
+from math import ceil
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import correlate1d
+
+BOX_VARIANCE = 1 / 12
+"""Of a box one pixel wide, in square pixels."""
+MOST_AT_ONCE = 0.5
+"""Variance that three positive taps can add without doing most to the finest detail."""
+
+
+def refilter(image: NDArray, reconstruction_filter: Any) -> NDArray[np.float32]:
+    """Return ``image`` (H, W, C), of one mean per pixel, blurred as ``reconstruction_filter`` (of a film) would do.
+
+    A denoiser wants pixels whose noise is their own, so its pictures are those of a box filter. The taps have the
+    variance that the filter has beyond the box: the filter itself, taken over pixels, would blur twice, with three
+    times the error. The edge is repeated. Filters with negative lobes sharpen.
+    """
+    beyond = filter_variance(reconstruction_filter) - BOX_VARIANCE
+    times = max(ceil(beyond / MOST_AT_ONCE), 1)
+    side = 0.5 * beyond / times
+    result = np.asarray(image, np.float64)
+    for axis in (0, 1) * times:
+        result = correlate1d(result, [side, 1 - 2 * side, side], axis=axis, mode="nearest")
+    return result.astype(np.float32)
+
+
+def filter_variance(reconstruction_filter: Any) -> float:
+    """Return the second moment over the integral of a filter, in square pixels, along one axis."""
+    if reconstruction_filter.is_box_filter():
+        return BOX_VARIANCE
+    radius = float(reconstruction_filter.radius())
+    x = (np.arange(4096) + 0.5) / 4096 * 2 * radius - radius
+    weight = np.asarray(reconstruction_filter.eval(mi.Float(x)).numpy(), np.float64)
+    return float((x * x * weight).sum() / weight.sum())
