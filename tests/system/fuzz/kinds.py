@@ -3,7 +3,7 @@
 The function writes what it likes into the folder; results go to the folder ``out`` beside it.
 """
 
-from . import checkpoint_inputs, light_inputs, mesh_inputs, option_inputs, picture_inputs, scene_inputs
+from . import checkpoint_inputs, light_inputs, mesh_inputs, option_inputs, part_inputs, picture_inputs, scene_inputs
 
 KINDS = {
     "cut short": scene_inputs.cut_short,
@@ -11,9 +11,9 @@ KINDS = {
     "moved text": scene_inputs.moved_text,
     "elements": scene_inputs.changed_elements,
     "values": scene_inputs.changed_values,
-    "references": scene_inputs.references,
-    "nothing much": scene_inputs.nothing_much,
-    "films": scene_inputs.films,
+    "references": part_inputs.references,
+    "nothing much": part_inputs.nothing_much,
+    "films": part_inputs.films,
     "lights": light_inputs.lights,
     "materials": light_inputs.materials,
     "transforms": light_inputs.transforms,

@@ -1,9 +1,9 @@
 """Emitters and materials whose light is not a number, infinite, negative or of no spectrum."""
 
 from .scene_inputs import render, small
-from .scenery import FILM, SENSOR, SHAPES, xml
+from .scenery import FILM, SENSOR, SHAPES, words, xml
 
-NUMBERS = "nan inf -inf -1 0 1 1e38 3e38 1e39 -1e38 1e-38 1e-45".split()
+NUMBERS = words("nan inf -inf -1 0 1 1e38 3e38 1e39 -1e38 1e-38 1e-45")
 START = '<integrator type="path"><integer name="max_depth" value="4"/></integrator>' + SENSOR.format(
     film=FILM.format(filter="box")
 )

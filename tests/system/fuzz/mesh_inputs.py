@@ -75,7 +75,9 @@ def lying_meshes(random, folder):
     keywords = {}
     if what == "counts" and kind != "obj":
         counts = [4, 2]
-        counts[random.randrange(2)] = random.choice(COUNTS if kind == "ply" else [one for one in COUNTS if isinstance(one, int)])
+        counts[random.randrange(2)] = random.choice(
+            COUNTS if kind == "ply" else [one for one in COUNTS if isinstance(one, int)]
+        )
         keywords["counts"] = counts
     elif what == "indices":
         faces[random.randrange(2)][random.randrange(3)] = random.choice(INDICES)

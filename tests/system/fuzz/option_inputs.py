@@ -1,18 +1,21 @@
 """Options and configurations with values of the wrong kind, out of range, or against each other."""
 
 from .scene_inputs import render
-from .scenery import SCENES, xml
+from .scenery import SCENES, words, xml
 
-OPTIONS = (
-    "--spp --noise --noise-share --time --sensor --size --crop --define --frames --variant --seed --criterion --objective "
-    "--exposure --importance --shape-weight --pilot-spp --min-spp --max-spp --cost --block --memory --integrator --config "
-    "--checkpoint --checkpoint-every --live --tev"
-).split()
+OPTIONS = words(
+    "--spp --noise --noise-share --time --sensor --size --crop --define --frames --variant --seed --criterion "
+    "--objective --exposure --importance --shape-weight --pilot-spp --min-spp --max-spp --cost --block --memory "
+    "--integrator --config --checkpoint --checkpoint-every --live --tev"
+)
 VALUES = (
-    "nan inf -inf -1 0 1 2 8 0.5 1e9 1e400 4294967296 99999999999999999999 true x all fused uniform display rays path "
-    "adaptive a=b ball=2 ball=nan =1 0,0,2,2 0,0,0,0 -1,0,2,2 1,1,9999999999,1 1-2 2-1 1-99 . / nothing.png llvm_ad_rgb "
-    "scalar_rgb localhost localhost:1 é"
-).split() + ["", " ", "a" * 3000]
+    *words(
+        "nan inf -inf -1 0 1 2 8 0.5 1e9 1e400 4294967296 99999999999999999999 true x all fused uniform display rays "
+        "path adaptive a=b ball=2 ball=nan =1 0,0,2,2 0,0,0,0 -1,0,2,2 1,1,9999999999,1 1-2 2-1 1-99 . / nothing.png "
+        "llvm_ad_rgb scalar_rgb localhost localhost:1 é"
+    ),
+    *["", " ", "a" * 3000],
+)
 LINES = (
     "spp = 1",
     "spp = nan",
@@ -56,7 +59,11 @@ def options(random, folder):
         if option in ("--checkpoint", "--live"):
             value = str(folder.parent / "out" / ("state.ckpt" if option == "--checkpoint" else "live.png"))
         words += [option, value]
-        words += [random.choice(["--unbiased", "--resume", "--overwrite"])] if random.random() < 0.1 else []
+        words += (
+            [random.choice(["--unbiased", "--resume", "--overwrite", "--features", "--denoise"])]
+            if random.random() < 0.15
+            else []
+        )
     small = [] if {"--time", "--noise", "--spp"}.isdisjoint(words) else ["--max-spp", "9"]
     return render(folder, xml(SCENES["plain"]), *words, *small)
 

@@ -3,26 +3,28 @@
 import re
 import xml.etree.ElementTree as Tree
 
-from .scenery import SCENES, xml
+from .scenery import SCENES, words, xml
 
 VALUES = (
-    "nan -nan inf -inf 1e39 -1e39 1e-45 1e400 0 -0 -1 -3 1 2 0.5 0,0,0 1,2 1,2,3,4 nan,nan,nan -1,-2,-3 inf,0,0 "
-    "2147483647 2147483648 4294967296 -2147483649 99999999999999999999 0x10 1_0 true false TRUE yes None ball lamp "
-    "path $x $ / . .. ~ * %s%n 400:1,700:2 700:1,400:2 400:nan,500:1"
-).split() + ["", " ", "  1  ", "1 2 3 4", "ä€😀", "a" * 5000, "1," * 400 + "1", "\t\n", "../../etc/passwd", "/dev/null"]
-TAGS = (
+    *words(
+        "nan -nan inf -inf 1e39 -1e39 1e-45 1e400 0 -0 -1 -3 1 2 0.5 0,0,0 1,2 1,2,3,4 nan,nan,nan -1,-2,-3 inf,0,0 "
+        "2147483647 2147483648 4294967296 -2147483649 99999999999999999999 0x10 1_0 true false TRUE yes None ball lamp "
+        "path $x $ / . .. ~ * %s%n 400:1,700:2 700:1,400:2 400:nan,500:1"
+    ),
+    *["", " ", "  1  ", "1 2 3 4", "ä€😀", "a" * 5000, "1," * 400 + "1", "\t\n", "../../etc/passwd", "/dev/null"],
+)
+TAGS = words(
     "scene shape bsdf emitter sensor film sampler rfilter integrator medium phase texture volume spectrum rgb float "
     "integer string boolean point vector transform matrix translate rotate scale lookat ref include alias default path "
     "resources nonsense"
-).split()
-TYPES = (
+)
+TYPES = words(
     "sphere rectangle cube disk cylinder obj ply serialized instance shapegroup merge sdfgrid bsplinecurve diffuse "
     "dielectric conductor null mask measured constant area envmap point spot directional sunsky projector perspective "
     "thinlens orthographic radiancemeter irradiancemeter distant batch hdrfilm specfilm independent stratified "
     "owen_sobol box gaussian lanczos path direct ptracer adaptive radiosity aov moment stokes prb depth isotropic hg "
     "homogeneous heterogeneous gridvolume constvolume bitmap checkerboard mesh_attribute d65 regular blackbody nothing"
-).split()
-DEEPEST = 3000
+)
 
 
 def render(folder, text, *options, name="scene.xml"):
@@ -74,21 +76,26 @@ def changed_elements(random, folder):
     return render(folder, Tree.tostring(root), *small(random))
 
 
+def copy(element):
+    """Return a copy: an element within itself has no end."""
+    return Tree.fromstring(Tree.tostring(element))
+
+
 def change_element(random, root, parent, child):
     """Delete, repeat, rename, retype or nest an element, or change its attributes."""
     what = random.choice(["delete", "repeat", "rename", "retype", "nest", "move", "lose", "gain", "swap", "name"])
     if what == "delete" and child in list(parent):
         parent.remove(child)
     elif what == "repeat":
-        parent.append(child)
+        parent.append(copy(child))
     elif what == "rename":
         child.tag = random.choice(TAGS)
     elif what == "retype":
         child.set("type", random.choice(TYPES))
     elif what == "nest":
-        child.append(Tree.fromstring(Tree.tostring(random.choice(list(root.iter())))))
+        child.append(copy(random.choice(list(root.iter()))))
     elif what == "move":
-        random.choice(list(root)).append(child) if len(root) else None
+        random.choice(list(root) or [root]).append(copy(child))
     elif what == "lose" and child.attrib:
         del child.attrib[random.choice(list(child.attrib))]
     elif what == "gain":
@@ -112,103 +119,3 @@ def changed_values(random, folder):
 def clean(text):
     """Return XML without what is said of the machine: the largest numbers are kept for the kind ``films``."""
     return re.sub(rb'(name="(?:width|height)" value=")(?:2147483647)"', rb'\1-7"', text)
-
-
-REFERENCES = (
-    '<ref id="nothing"/>',
-    '<shape type="sphere"><ref id="nothing"/></shape>',
-    '<bsdf type="twosided" id="a"><ref id="a"/></bsdf><shape type="sphere"><ref id="a"/></shape>',
-    '<bsdf type="twosided" id="a"><ref id="b"/></bsdf><bsdf type="twosided" id="b"><ref id="a"/></bsdf>'
-    '<shape type="sphere"><ref id="a"/></shape>',
-    '<shape type="shapegroup" id="g"><shape type="instance"><ref id="g"/></shape></shape>'
-    '<shape type="instance"><ref id="g"/></shape>',
-    '<shape type="shapegroup" id="g"/><shape type="instance"><ref id="g"/></shape>',
-    '<shape type="instance"/>',
-    '<shape type="instance"><ref id="grey"/></shape>',
-    '<shape type="sphere" id="x"/><shape type="sphere" id="x"/>',
-    '<shape type="sphere"><ref id="x" name="bsdf"/></shape><emitter type="constant" id="x"/>',
-    '<alias id="grey" as="grey"/>',
-    '<alias id="nothing" as="other"/>',
-    '<include filename="scene.xml"/>',
-    '<include filename="nothing.xml"/>',
-    '<include filename="."/>',
-    '<include filename=""/>',
-    '<include filename="/dev/null"/>',
-    '<default name="x" value="$x"/><float name="y" value="$x"/>',
-    '<default name="x" value="1"/><shape type="sphere"><float name="radius" value="$x$x"/></shape>',
-    '<shape type="sphere"><float name="radius" value="$undefined"/></shape>',
-    '<path value="nowhere"/>',
-    '<resources path="nowhere"/>',
-    '<shape type="merge"/>',
-    '<shape type="merge"><shape type="sphere"/></shape>',
-    '<sensor type="batch"/>',
-    '<emitter type="area"/>',
-    '<texture type="bitmap" id="t"/>',
-    '<bsdf type="normalmap"><bsdf type="diffuse"/></bsdf>',
-    '<bsdf type="bumpmap"/>',
-    '<medium type="heterogeneous"/>',
-    '<volume type="gridvolume"><string name="filename" value="scene.xml"/></volume>',
-    '<!DOCTYPE x [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]>',
-    '<?xml version="1.0"?><scene version="0.1.0"/>',
-    "<!-- ",
-    "<![CDATA[ ]]>",
-)
-
-
-def references(random, folder):
-    """References to nothing, to themselves, and in circles; parts that lack what they need."""
-    extra = "".join(random.sample(REFERENCES, random.choice([1, 1, 2])))
-    body = SCENES[random.choice(["plain", "lamp"])]
-    return render(folder, xml(extra + body if random.random() < 0.3 else body + extra), *small(random))
-
-
-def nothing_much(random, folder):
-    """Files that are no scenes at all."""
-    depth = random.choice([10, 300, DEEPEST])
-    text = random.choice(
-        [
-            "",
-            "\0" * 100,
-            "\ufeff" + xml(SCENES["plain"]),
-            xml(SCENES["plain"]).encode("utf-16"),
-            xml(""),
-            "<scene/>",
-            '<scene version="9.9.9"/>',
-            '<scene version="a.b"/>',
-            '<shape version="3.0.0" type="sphere"/>',
-            '<shape version="3.0.0"/>',
-            f'<bsdf version="3.0.0" type="{random.choice(TYPES)}"/>',
-            '<scene version="3.0.0">' + '<bsdf type="twosided">' * depth + "</bsdf>" * depth + "</scene>",
-            "<a>" * depth,
-            bytes(random.randrange(256) for _ in range(random.randrange(2000))),
-            xml(SCENES["plain"]) * 2,
-            "{" + '"type": "scene"' + "}",
-        ]
-    )
-    return render(folder, text, *small(random))
-
-
-FILM_VALUES = "0 -1 1 2 3 7 9 100000 1000000 2147483647 4294967295 1e9 8.5 nan x".split() + [""]
-FILM = (
-    '<film type="hdrfilm"><integer name="width" value="{0}"/><integer name="height" value="{1}"/>'
-    '<integer name="crop_offset_x" value="{2}"/><integer name="crop_width" value="{3}"/>'
-    '<string name="pixel_format" value="{4}"/><string name="component_format" value="{5}"/>'
-    '<boolean name="sample_border" value="{6}"/><rfilter type="{7}"/></film>'
-)
-
-
-def films(random, folder):
-    """Films of absurd sizes, crop windows and formats."""
-    from .scenery import FILM as PLAIN_FILM
-
-    sizes = ["8", "6", "0", "8"]
-    for _ in range(random.choice([0, 1, 1, 2])):
-        sizes[random.randrange(4)] = random.choice(FILM_VALUES)
-    words = [
-        random.choice(["rgb", "rgba", "luminance", "luminance_alpha", "xyz", "xyza", "RGB", "nothing", ""]),
-        random.choice(["float16", "float32", "uint32", "float32", "int8"]),
-        random.choice(["true", "false", "1"]),
-        random.choice(["box", "gaussian", "box", "nothing"]),
-    ]
-    text = xml(SCENES["plain"].replace(PLAIN_FILM.format(filter="box"), FILM.format(*sizes, *words)))
-    return render(folder, text, *([] if random.random() < 0.6 else ["--size", "6"]))

@@ -81,6 +81,11 @@ SCENES = {
 }
 
 
+def words(*lines):
+    """Return the words of some lines."""
+    return [word for line in lines for word in line.split()]
+
+
 def xml(body):
     """Return a scene file with ``body`` in it."""
     return f'<scene version="3.0.0">{body}</scene>'

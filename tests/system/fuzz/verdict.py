@@ -1,5 +1,6 @@
 """Whether what became of an input is all right: a picture of numbers, or one sentence."""
 
+import itertools
 import json
 import re
 import signal
@@ -14,6 +15,10 @@ from tracer.files import read_exr
 from .known import known
 
 CODES = (1, 2)
+BELIEVED = ("resumed", "merged")
+"""A checkpoint whose checksums agree is taken at its word, also where it says that a sum is no number."""
+NOISE = re.compile(r"libpng (error|warning): |Corrupt JPEG data: |Premature end of JPEG")
+"""What readers of pictures print themselves, whoever asks them not to."""
 
 
 def complaint(outcome):
@@ -26,7 +31,7 @@ def complaint(outcome):
         reason = known(outcome)
         return "" if reason else f"the process died of {signal.Signals(-outcome.code).name}"
     if "Traceback" in outcome.out + outcome.err:
-        return f"a traceback: {outcome.err.strip()[-1500:]}"
+        return f"a traceback: {last_steps(outcome.err)}"
     files = {path.name for path in (outcome.folder / "out").iterdir()} - {"state.ckpt"}
     if outcome.code == 0:
         return picture_complaint(outcome, files - {"live.png"})
@@ -37,12 +42,19 @@ def complaint(outcome):
     return sentence_complaint(outcome.err)
 
 
+def last_steps(text):
+    """Return the last lines of the stack in a traceback, and the error."""
+    places = re.findall(r'File ".*?([^/]+/[^/]+)", line (\d+), in (.+)', text)
+    where = " > ".join(f"{file}:{line} {name}" for file, line, name in places[-6:])
+    return f"{where}: {text.strip().splitlines()[-1][:400]}"
+
+
 def sentence_complaint(text):
     """Return what is wrong with what was said of a mistake."""
     if text.startswith("Usage: "):
         return ""
-    lines = [line for line in text.splitlines() if line.strip()]
-    if len(lines) != 1 or text.count("\n") != 1:
+    lines = [line for line in text.splitlines() if not NOISE.match(line)]
+    if len(lines) != 1:
         return f"{len(lines)} lines on standard error: {text[:1500]}"
     if not re.fullmatch(r"tracer: .+[.?]", lines[0]):
         return f"no sentence: {lines[0][:500]}"
@@ -60,8 +72,10 @@ def picture_complaint(outcome, files):
             names, values, _ = read_exr(outcome.folder / "out" / name)
         except TracerError as error:
             return str(error)
-        bad = [name for name, layer in zip(names, np.moveaxis(values, -1, 0), strict=True) if not np.isfinite(layer).all()]
-        if bad:
+        bad = [
+            name for name, layer in zip(names, np.moveaxis(values, -1, 0), strict=True) if not np.isfinite(layer).all()
+        ]
+        if bad and outcome.kind not in BELIEVED:
             return f"values that are not finite in {', '.join(bad)}"
         size = expected_size(outcome.arguments)
         if size is not None and values.shape[1::-1] != size:
@@ -82,7 +96,7 @@ def score_complaint(outcome):
 
 def expected_size(arguments):
     """Return the width and height that a picture must have, where options or a plain film tell, else None."""
-    options = dict(zip(arguments, arguments[1:], strict=False))
+    options = dict(itertools.pairwise(arguments))
     if arguments[0] != "render" or "--config" in options:
         return None
     try:
