@@ -226,7 +226,7 @@ def said(speaker: Any) -> str:
     except UnicodeDecodeError as error:
         text = error.object.decode(errors="replace")
     lines = "".join(each if each.isprintable() else "\n" for each in text).split("\n")
-    return "; ".join(line.strip().rstrip(".") for line in lines if line.strip()) or "it is damaged"
+    return "; ".join(line.strip().rstrip(".:;") for line in lines if line.strip()) or "it is damaged"
 
 
 def own_attributes(specification: Any) -> dict[str, Any]:

@@ -238,7 +238,9 @@ def new_size(old: list[int], size: Size) -> tuple[int, int]:
     """Return (width, height) of a film of ``old`` size that is given ``size``. Raises SettingsError."""
     width, height = (size, max(1, round(old[1] * size / old[0]))) if isinstance(size, int) else size or old
     if not (1 <= width <= MOST_SIDE and 1 <= height <= MOST_SIDE):
-        raise SettingsError(f"The size must be 1 to {MOST_SIDE} pixels a side, not {width} x {height}.")
+        raise SettingsError(
+            f"The size must be at least 1 pixel a side and at most {MOST_SIDE}, not {width} x {height}."
+        )
     return width, height
 
 

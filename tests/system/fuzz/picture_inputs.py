@@ -144,14 +144,14 @@ def scores(random, folder):
     paths = []
     for number in range(random.choice([1, 2, 2, 3])):
         path = folder / f"{number}.exr"
-        size = random.choice([(8, 8)] * 6 + list(SIZES))
+        size = random.choice([(8, 8)] * 16 + list(SIZES))
         case = random.random()
-        if case < 0.4:
-            names = random.choice((NAMES[0], *NAMES))
-            form = random.choice(["float", "half", "uint32"])
+        if case < 0.5:
+            names = random.choice((NAMES[0],) * 16 + NAMES)
+            form = random.choice(["float", "float", "half", "uint32"])
             data = encoded(folder, "exr", pixels(random, *size, len(names)), names, form=form)
             path.write_bytes(data)
-        elif case < 0.6:
+        elif case < 0.75:
             path.write_bytes(encoded(folder, "exr", scaled(random, pixels(random, *size))))
         else:
             path = folder / put(random, folder, str(number))
