@@ -14,11 +14,27 @@ def test_quoted_tables_are_those_of_the_results():
     readme = (ROOT / "README.md").read_text()
     assert quote(readme, ROOT) == readme, "run python -m tracer.study.quote README.md"
     blocks = BLOCK.findall(readme)
-    assert len(blocks) == 6
+    assert len(blocks) == 8
     assert all(block[3].count("\n") > 3 for block in blocks)
 
 
-@pytest.mark.parametrize("name", ["README.md", "tracer/study/README.md", "scenes/README.md"])
+@pytest.mark.parametrize(
+    "name", ["README.md", "tracer/study/README.md", "scenes/README.md", "docs/production.md", "docs/features.md"]
+)
 def test_pictures_and_files_exist(name):
     for link in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", (ROOT / name).read_text()):
         assert ((ROOT / name).parent / link).exists(), link
+
+
+def test_every_feature_that_is_claimed_has_its_test():
+    """The last column of the table of features names a test of ours, where our own column says there is something."""
+    tests = {
+        name for path in (ROOT / "tests").rglob("test_*.py") for name in re.findall(r"def (test_\w+)", path.read_text())
+    }
+    rows = [
+        line.split("|")[1:-1] for line in (ROOT / "docs/features.md").read_text().splitlines() if line.startswith("| ")
+    ]
+    claimed = [row for row in rows if row[1].strip().startswith("✓")]
+    assert len(claimed) > 30
+    for row in claimed:
+        assert row[-1].strip() in tests, row[0]

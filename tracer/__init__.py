@@ -13,7 +13,7 @@ from tracer import errors
 from tracer.backend import activate, named_library, point_to_library
 
 if TYPE_CHECKING:
-    from tracer.loop import render
+    from tracer.api import render
     from tracer.progress import Progress
     from tracer.result import Report, Result
     from tracer.settings import Settings
@@ -28,7 +28,7 @@ point_to_library()  # before anything imports Dr.Jit, which loads LLVM as it is 
 
 HOMES = {
     "Progress": "tracer.progress",
-    "render": "tracer.loop",
+    "render": "tracer.api",
     "Report": "tracer.result",
     "Result": "tracer.result",
     "Settings": "tracer.settings",

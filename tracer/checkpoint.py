@@ -143,6 +143,7 @@ class Keeper:
         """Samples that were there at the start."""
         self.written = time.monotonic()
         self.took = 0.0
+        self.writes = 0
 
     def bind(self, view: View, settings: Settings, wanted: NDArray[np.float64], kinds: tuple[int, int]) -> None:
         """Learn which render it is."""
@@ -196,6 +197,7 @@ class Keeper:
             self.complaints[:] = [f"{error} The last checkpoint that could be written is still there."]
         self.written = time.monotonic()
         self.took = self.written - start
+        self.writes += 1
 
 
 def open_keeper(

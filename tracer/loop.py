@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import drjit as dr
@@ -14,20 +13,20 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from tracer import backend, criteria, draw, memory, objective, pilot
-from tracer.checkpoint import EVERY_SECONDS, Keeper, open_keeper
+from tracer import criteria, draw, memory, objective, pilot
+from tracer.checkpoint import Keeper
 from tracer.decide import Decision, Situation, decide, share_out
 from tracer.denoise import load as load_denoiser
 from tracer.estimate import Estimate, Statistics
 from tracer.finish import see, without_noise
 from tracer.halt import Clock, next_goal
+from tracer.leftover import Leftover
 from tracer.noise import Noise
 from tracer.progress import Progress, ProgressCallback
 from tracer.result import Report, Result, Round
 from tracer.rounds import GROWTH, PASS_SIZES, PRIORITY_GROWTH, even_pass, next_pass_size, round_goals
-from tracer.scene import Crop, Size, View, open_scene
-from tracer.settings import Settings, make_settings
-from tracer.source import fingerprint
+from tracer.scene import View
+from tracer.settings import Settings
 from tracer.state import State
 from tracer.wanted import wanted
 
@@ -37,55 +36,9 @@ HELD_OUT_KEY = 0x5EED0
 """Keeps samples that only decide apart from those that make the picture."""
 
 
-def render(
-    scene: Any,
-    *,
-    integrator: Any = None,
-    sensor: int = 0,
-    size: Size = None,
-    crop: Crop = None,
-    define: dict[str, str] | None = None,
-    progress: ProgressCallback | None = None,
-    importance: Any = None,
-    checkpoint: str | Path | None = None,
-    checkpoint_every: float = EVERY_SECONDS,
-    resume: bool = False,
-    memory_limit: float | None = None,
-    features: bool = False,
-    denoise: bool = False,
-    started: float | None = None,
-    **settings: Any,
-) -> Result:
-    """Render ``scene`` (path of an XML file, dictionary, or ``mi.Scene``) and return picture, counts and errors.
-
-    ``sensor``: number or ``mi.Sensor``; ``size``, ``crop``: see ``tracer.scene``; ``define``: values of the $parameters
-    of a file. ``importance``: array (H, W) or image file whose values multiply the importance of each pixel.
-    ``checkpoint``: file to keep the state in, every ``checkpoint_every`` seconds and at the end; ``resume``: go on from
-    it if it is there. ``memory_limit``: most memory in GiB; passes are made as small as that asks for.
-    ``features``: whether to return what the camera's rays hit first; ``denoise``: whether to take the noise out of the
-    picture with the help of that. ``started``: value of ``time.perf_counter()`` from which a limit of time counts,
-    instead of now.
-
-    Further keywords are those of ``tracer.settings.Settings``: spp, noise, time, seed, criterion, objective, exposure,
-    pilot_spp, min_spp, max_spp, cost, block, unbiased, shape_weights; where the scene's integrator is ``adaptive``, its
-    parameters are the defaults. Sets the Mitsuba variant ``llvm_ad_rgb`` unless one is active. Raises the errors of
-    ``tracer.errors``.
-    """
-    started = time.perf_counter() if started is None else started
-    backend.activate()
-    if isinstance(importance, str | Path):
-        settings["importance"], importance = str(importance), None
-    keeper = None
-    if checkpoint is not None:
-        keeper = open_keeper(Path(checkpoint), fingerprint(scene, define), resume, every=checkpoint_every)
-    with open_scene(scene, sensor, integrator, size, crop, define) as view:
-        chosen = make_settings(**{**view.settings, **settings})
-        return render_view(view, chosen, Terms(progress, keeper, started, memory_limit, features, denoise), importance)
-
-
 @dataclass(frozen=True)
 class Terms:
-    """How a render is carried out, which changes none of its samples; see ``render``."""
+    """How a render is carried out, which changes none of its samples; see ``tracer.render``."""
 
     progress: ProgressCallback | None = None
     keeper: Keeper | None = None
@@ -97,7 +50,7 @@ class Terms:
 
 
 def render_view(view: View, settings: Settings, terms: Terms = Terms(), importance: Any = None) -> Result:
-    """Render an open scene; see ``render``. Raises CheckpointError if the state to go on from is of another render."""
+    """Render an open scene; see ``tracer.render``. Raises CheckpointError if the state kept is of another render."""
     with dr.suspend_grad():
         rendering = Rendering(view, settings, terms, importance)
         try:
@@ -113,7 +66,8 @@ class Rendering:
         self.start = time.perf_counter()
         self.view, self.settings, self.terms = view, settings, terms
         self.keeper = keeper = terms.keeper
-        if terms.denoise:
+        denoises = settings.objective == "denoised"
+        if terms.denoise or denoises:
             load_denoiser()  # before the work, not after
         self.clock = Clock(settings.time, self.start if terms.started is None else terms.started, view)
         self.criterion = criteria.get(settings.criterion)
@@ -131,6 +85,9 @@ class Rendering:
             self.state = keeper.load(self.state)
             self.state.plan_anew(self.total)
         self.report.rounds, self.report.notes = self.state.rounds, self.state.notes
+        self.leftover = Leftover(view, self.sampler, self.seed) if denoises else None
+        self.left: NDArray[np.float64] | float = 1.0
+        """Share of each pixel's noise that denoising is expected to leave."""
         self.noise: Noise | None = None
         self.need = memory.need(view, keeper is not None, settings.unbiased)
         self.largest_pass = memory.largest_pass(self.need, terms.memory_limit)
@@ -225,6 +182,8 @@ class Rendering:
         if self.criterion.needs_radiance and (known is None or teaches or first):
             even = np.ones(self.view.grid) if goal < self.total else self.wanted
             return Decision(share_out(even, even, settings, situation, False, state.generator))
+        if self.leftover is not None and known is not None and before is not None:
+            self.left = self.timed("seconds_denoising", self.leftover.share, before, known)
         evidence = criteria.Evidence(
             look=self.look,
             statistics=known,
@@ -248,7 +207,7 @@ class Rendering:
             return np.ones(self.view.grid)
         brightness = self.view.luminance(known.mean)
         smooth = gaussian_filter(brightness, 1.0, mode="nearest")
-        return objective.weights(self.settings.objective, smooth, self.settings.exposure)
+        return objective.weights(self.settings.objective, smooth, self.settings.exposure) * self.left
 
     def draw_round(self) -> None:
         """Draw what the allocation has beyond what is drawn, pass by pass."""

@@ -42,8 +42,9 @@ class Settings(BaseModel):
     criterion: str = "fused"
     """Where it is worth it: a name of ``tracer.criteria``; "uniform" gives every pixel the same."""
     objective: str = "relative"
-    """Which error is to be small: absolute, relative or display. Relative, as the eye sees ratios, and as a picture of
-    high dynamic range is looked at with exposures that are not known yet; display if the exposure is."""
+    """Which error is to be small: absolute, relative, display, or denoised, which is what denoising leaves of relative.
+    Relative, as the eye sees ratios, and as a picture of high dynamic range is looked at with exposures that are not
+    known yet; display if the exposure is."""
     exposure: float = Field(0.0, ge=-64, le=64)
     """Stops by which the picture will be brightened before it is looked at: what is too dark or clips needs less."""
     pilot_spp: int | None = Field(None, ge=1)

@@ -217,8 +217,18 @@ def test_several_budgets_may_follow_one_option():
 
 
 VIEWS = ("measure", "map", "best", "tour", "cover", "report")
-COMMANDS = [["render"], ["merge"], ["radiosity"], ["radiosity-report"], ["compare"], ["study"], ["score"], ["demo"]]
-COMMANDS += [["info"], ["view"], *(["view", name] for name in VIEWS)]
+COMMANDS = [
+    ["render"],
+    ["merge"],
+    ["radiosity"],
+    ["radiosity-report"],
+    ["production-report"],
+    ["compare"],
+    ["study"],
+    ["score"],
+    ["demo"],
+]
+COMMANDS += [["demo"], ["info"], ["view"], *(["view", name] for name in VIEWS)]
 
 
 @pytest.mark.parametrize("command", [[], *COMMANDS])

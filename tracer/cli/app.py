@@ -9,7 +9,19 @@ from typing import Any
 import typer
 
 from tracer.backend import named_library
-from tracer.cli import compare, demo, info, merge, radiosity, radiosity_report, render, score, study, view
+from tracer.cli import (
+    compare,
+    demo,
+    info,
+    merge,
+    production_report,
+    radiosity,
+    radiosity_report,
+    render,
+    score,
+    study,
+    view,
+)
 
 app = typer.Typer(
     help="Render adaptively on Mitsuba 3: look first with cheap rays, spend expensive rays where they pay.",
@@ -35,6 +47,7 @@ COMMANDS = (
     merge.merge,
     radiosity.radiosity,
     radiosity_report.radiosity_report,
+    production_report.production_report,
     compare.compare,
     study.study,
     score.score,

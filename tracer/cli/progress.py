@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
@@ -10,47 +10,63 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 
 from tracer.cli.signals import stopping
 from tracer.progress import Progress as Passed
-from tracer.progress import ProgressCallback
-from tracer.study.run import StepCallback
+
+
+class Steps:
+    """A bar for work in named steps; calling it moves the bar, and returns False once the work should stop."""
+
+    def __init__(self, quiet: bool, stopped: Callable[[], bool]) -> None:
+        columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+        console = Console(stderr=True)
+        self.bar = Progress(*columns, console=console, disable=quiet or not console.is_terminal, transient=True)
+        self.task = self.bar.add_task("", total=None)
+        self.stopped = stopped
+
+    def __call__(self, description: str, done: int, total: int) -> bool:
+        """Show that ``done`` of ``total`` steps are done."""
+        if not self.bar.live.is_started:
+            self.bar.start()  # not before: a mistake found while loading is then the only thing printed
+        if done < self.bar.tasks[0].completed:
+            self.bar.reset(self.task)
+        self.bar.update(self.task, description=description, completed=done, total=total)
+        return not self.stopped()
+
+    def clear(self) -> None:
+        """Take the bar away, so that something can be printed; the next step shows it again."""
+        if self.bar.live.is_started:
+            self.bar.stop()
+
+
+class Watch:
+    """The same for renders: a callback for ``tracer.render``."""
+
+    def __init__(self, title: str, step: Steps) -> None:
+        self.title, self.step, self.clear = title, step, step.clear
+
+    def __call__(self, progress: Passed) -> bool:
+        """Show samples done and expected."""
+        text = f"{self.title}: {progress.done / 1e6:.1f} of {progress.total / 1e6:.1f} M samples"
+        if progress.converged is not None:
+            text += f", {100 * progress.converged:.0f} % converged"
+        return self.step(text, progress.done, progress.total)
 
 
 @contextmanager
-def watch(title: str, quiet: bool = False) -> Iterator[ProgressCallback]:
+def watch(title: str, quiet: bool = False) -> Iterator[Watch]:
     """Show a bar with samples done and time left; yield the callback for ``tracer.render`` that moves it.
 
     After a first Ctrl-C the callback returns False, so that the render ends with what there is; a second one kills.
     """
     with steps(quiet) as step:
-
-        def passed(progress: Passed) -> bool | None:
-            text = f"{title}: {progress.done / 1e6:.1f} of {progress.total / 1e6:.1f} M samples"
-            if progress.converged is not None:
-                text += f", {100 * progress.converged:.0f} % converged"
-            return step(text, progress.done, progress.total)
-
-        yield passed
+        yield Watch(title, step)
 
 
 @contextmanager
-def steps(quiet: bool = False) -> Iterator[StepCallback]:
+def steps(quiet: bool = False) -> Iterator[Steps]:
     """Show a bar for work in named steps; yield the callback that moves it. Ctrl-C stops as in ``watch``."""
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
-    console = Console(stderr=True)
-    bar = Progress(*columns, console=console, disable=quiet or not console.is_terminal, transient=True)
-    task = bar.add_task("", total=None)
-
     with stopping() as stopped:
-
-        def step(description: str, done: int, total: int) -> bool:
-            if not bar.live.is_started:
-                bar.start()  # not before: a mistake found while loading is then the only thing printed
-            if done < bar.tasks[0].completed:
-                bar.reset(task)
-            bar.update(task, description=description, completed=done, total=total)
-            return not stopped()
-
+        step = Steps(quiet, stopped)
         try:
             yield step
         finally:
-            if bar.live.is_started:
-                bar.stop()
+            step.clear()

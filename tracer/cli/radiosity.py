@@ -50,10 +50,10 @@ def radiosity(
     Example: tracer radiosity scene.xml -o out.exr
     """
     from tracer import backend, files
+    from tracer.api import render
     from tracer.cli import signals
     from tracer.cli.progress import steps, watch
     from tracer.errors import SceneError, SettingsError
-    from tracer.loop import render
     from tracer.metadata import metadata
     from tracer.radiosity.cut import other_than_diffuse
     from tracer.source import fingerprint, load

@@ -134,6 +134,7 @@ def render(
     job = make_job(given, config)
     with watch("Rendering", quiet or as_json) as progress:
         for shot, result in perform(job, progress, STARTED, lambda text: None if quiet else typer.echo(text, err=True)):
+            progress.clear()
             if as_json:
                 typer.echo(json.dumps({"output": str(shot.output), **summary(result)}))
             elif not quiet:

@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 def study(
     plan: Annotated[
         str,
-        typer.Argument(help="TOML file, or smoke, standard, public, rules, objectives or volumes.", show_default=False),
+        typer.Argument(
+            help="TOML file, or smoke, standard, public, rules, objectives, denoise or volumes.", show_default=False
+        ),
     ],
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for page, tables and numbers.")],
     folder: Annotated[

@@ -17,11 +17,19 @@ UNSEEN = (
     "criteria",
     "viewpoint",
     "radiosity",
+    "api.py",
+    "checkpoint.py",
     "errors.py",
     "files.py",
+    "job.py",
+    "live.py",
     "load_error.py",
+    "memory.py",
+    "merge.py",
     "metadata.py",
+    "perform.py",
     "pictures.py",
+    "progress.py",
 )
 """Parts of tracer that no pixel depends on, apart from the criterion that a method names."""
 

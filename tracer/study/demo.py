@@ -7,8 +7,9 @@ from importlib.resources import as_file, files
 from pathlib import Path
 
 from tracer import backend
+from tracer.api import render
 from tracer.files import write_text
-from tracer.loop import ProgressCallback, render
+from tracer.progress import ProgressCallback
 from tracer.score import Scores, all_scores
 from tracer.study.methods import Setting
 from tracer.study.picture import Panel, relative_error, write_panels

@@ -72,7 +72,11 @@ class Studio:
         self.views = {sampler: replace(self.view, sensor=sensor) for sampler, sensor in sensors.items()}
 
     def own(
-        self, progress: ProgressCallback | None = None, foretold: Foretold | None = None, **settings: Any
+        self,
+        progress: ProgressCallback | None = None,
+        foretold: Foretold | None = None,
+        denoise: bool = False,
+        **settings: Any,
     ) -> Method:
         """Return a rendering by our loop with these ``settings``, of an allocation that is ``foretold`` if it is."""
         view = self.view
@@ -81,7 +85,9 @@ class Studio:
             chosen = None if foretold is None else foretold(spp)
             spp = spp if chosen is None else max(1, round(float(chosen.mean())))
             start = time.perf_counter()
-            result = render_view(view, make_settings(spp=spp, seed=seed, **settings), Terms(progress), chosen)
+            result = render_view(
+                view, make_settings(spp=spp, seed=seed, **settings), Terms(progress, denoise=denoise), chosen
+            )
             seconds = time.perf_counter() - start
             if not result.report.complete:
                 raise KeyboardInterrupt

@@ -70,10 +70,12 @@ class MethodPlan(Part):
     cost: Literal["none", "rays"] = "none"
     block: int = 1
     unbiased: bool = False
+    denoise: bool = False
+    """Whether what is scored is the picture with its noise taken out."""
 
     def settings(self) -> dict[str, Any]:
         """Return the keywords of ``tracer.render`` that this method is."""
-        own = self.model_dump(exclude={"name", "sampler", "oracle"})
+        own = self.model_dump(exclude={"name", "sampler", "oracle", "denoise"})
         return own if self.oracle is None else own | {"criterion": "uniform", "min_spp": 1, "max_spp": NO_BOUND}
 
 

@@ -102,7 +102,7 @@ class Opened:
         if self.plan.sampler is not None:
             return self.studio.stock(self.plan.sampler)
         foretold = None if self.plan.oracle is None else self.foretell(self.plan.oracle)
-        return self.studio.own(self.passed, foretold, **self.plan.settings())
+        return self.studio.own(self.passed, foretold, self.plan.denoise, **self.plan.settings())
 
     def foretell(self, by: str) -> Foretold:
         """Return the allocations of an oracle, which measures the scene now if nobody has before."""

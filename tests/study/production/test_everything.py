@@ -1,0 +1,63 @@
+"""The report of production features: what its tables say, and that it can be made."""
+
+import json
+
+import pytest
+
+from tracer.study.production import everything, noise, overhead
+from tracer.study.production.noise import Stop
+
+
+def stop(**changes):
+    values = {"scene": "a", "criterion": "fused", "target": 0.1, "seed": 0, "stopped_by": "noise"}
+    return Stop(**{**values, "predicted": 0.1, "true": 0.1, "within": 0.95, "spp": 10.0, "seconds": 1.0} | changes)
+
+
+def test_ratios_beyond_the_factor_are_marked():
+    assert noise.ratio([]) == "-"
+    assert noise.ratio([stop(predicted=0.11), stop(predicted=0.09)]) == "0.99 [0.90, 1.10]"
+    assert noise.ratio([stop(predicted=0.2)]) == "**2.00 [2.00, 2.00]**"
+    assert noise.ratio([stop(true=0.2)]).startswith("**0.50")
+
+
+def test_a_budget_that_came_first_is_marked():
+    assert noise.amount([stop(), stop(spp=20.0)]) == "15"
+    assert noise.amount([stop(), stop(spp=20.0, stopped_by="spp")]) == ">15"
+
+
+def test_everything_is_measured_and_written(tmp_path, monkeypatch):
+    monkeypatch.setattr(noise, "TARGETS", (0.5, 0.2))
+    monkeypatch.setattr(noise, "SEEDS", (0,))
+    monkeypatch.setattr(noise, "WIDTH", 24)
+    monkeypatch.setattr(noise, "MOST_SPP", 32)
+    monkeypatch.setattr(noise, "REFERENCE_SPP", 64)
+    monkeypatch.setattr(overhead, "WIDTH", 24)
+    monkeypatch.setattr(overhead, "WANTED_SECONDS", 0.1)
+    monkeypatch.setattr(overhead, "REPEATS", 1)
+    monkeypatch.setattr(overhead, "LIMITS", (1.0,))
+    monkeypatch.setattr(everything, "package_files", lambda name: scenes(tmp_path))
+    folder = tmp_path / "out"
+    folder.mkdir()
+    said = []
+    everything.everything(folder, lambda text, done, total: said.append((text, done, total)))
+    assert sorted(path.name for path in folder.iterdir()) == sorted(everything.FILES)
+    found = json.loads((folder / "results.json").read_text())
+    assert len(found["noise"]) == 4
+    assert {one["way"] for one in found["costs"]} == {"plain", "live", "checkpoint"}
+    assert found["limits"][0]["seconds"] > 1
+    assert all(done < total for _, done, total in said)
+    assert "window_interior" in (folder / "results.md").read_text()
+
+
+def scenes(folder):
+    from importlib.resources import files
+
+    own = folder / "scenes"
+    own.mkdir(exist_ok=True)
+    (own / "window_interior.xml").write_bytes((files("tracer.scenes") / "window_interior.xml").read_bytes())
+    return own
+
+
+def test_it_can_be_stopped(tmp_path):
+    with pytest.raises(KeyboardInterrupt):
+        everything.everything(tmp_path, lambda text, done, total: False)

@@ -1,0 +1,126 @@
+"""What showing and keeping a picture costs while it renders, and how well a limit of time is kept."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tracer import live
+from tracer.checkpoint import Keeper
+from tracer.loop import Terms, render_view
+from tracer.scene import View, open_scene
+from tracer.settings import make_settings
+
+Told = Callable[[str], None]
+WIDTH = 512
+WANTED_SECONDS = 20.0
+REPEATS = 5
+KEEP_SECONDS = 5.0
+LIMITS = (5.0, 15.0, 30.0)
+
+
+@dataclass(frozen=True)
+class Overhead:
+    """One way to render, against plain rendering."""
+
+    scene: str
+    way: str
+    seconds: float
+    """Median."""
+    share: float
+    """Median over repeats of the seconds beyond those of the plain render next to it, as a part of these."""
+    times: int
+    """How often it showed, or wrote, in one render."""
+
+
+def overheads(name: str, path: Path, told: Told) -> list[Overhead]:
+    """Render a picture of some seconds in every way, one after the other, REPEATS times."""
+    with open_scene(path, size=WIDTH) as view, tempfile.TemporaryDirectory() as folder:
+        spp = spp_for(view, WANTED_SECONDS)
+        seconds: dict[str, list[float]] = {}
+        counts: dict[str, int] = {}
+        for repeat in range(REPEATS):
+            for way in ("plain", "live", "checkpoint"):
+                told(f"{name}: {way}, {repeat + 1} of {REPEATS}")
+                terms, count = prepared(way, Path(folder), repeat)
+                start = time.perf_counter()
+                render_view(view, make_settings(spp=spp, criterion="uniform", seed=repeat), terms)
+                seconds.setdefault(way, []).append(time.perf_counter() - start)
+                counts[way] = count()
+    plain = np.array(seconds["plain"])
+    return [
+        Overhead(name, way, float(np.median(each)), float(np.median(np.array(each) / plain - 1)), counts[way])
+        for way, each in seconds.items()
+    ]
+
+
+def prepared(way: str, folder: Path, repeat: int) -> tuple[Terms, Callable[[], int]]:
+    """Return the terms of a way to render, and what tells how often it showed or wrote."""
+    if way == "live":
+        callback = live.png(folder / "now.png")
+        return Terms(callback), lambda: callback.shown
+    if way == "checkpoint":
+        keeper = Keeper(folder / f"{repeat}.ckpt", "", resume=False, every=KEEP_SECONDS)
+        return Terms(keeper=keeper), lambda: keeper.writes
+    return Terms(), lambda: 0
+
+
+def spp_for(view: View, seconds: float) -> int:
+    """Return the samples per pixel that take about so long."""
+    for spp in (4, 16):  # the first compiles
+        start = time.perf_counter()
+        render_view(view, make_settings(spp=spp, criterion="uniform"))
+        taken = time.perf_counter() - start
+    return max(round(16 * seconds / taken), 1)
+
+
+@dataclass(frozen=True)
+class Limited:
+    """A render by the command line with a limit of time."""
+
+    scene: str
+    limit: float
+    seconds: float
+    """Of the whole program."""
+    spp: float
+
+
+def limited(name: str, path: Path, told: Told) -> list[Limited]:
+    """Render with every limit, as a program of its own."""
+    found = []
+    with tempfile.TemporaryDirectory() as folder:
+        for limit in LIMITS:
+            told(f"{name}: in {limit:g} s")
+            output = Path(folder) / f"{limit:g}.exr"
+            command = [
+                sys.executable,
+                "-m",
+                "tracer",
+                "render",
+                str(path),
+                "-o",
+                str(output),
+                "--time",
+                str(limit),
+                "-q",
+            ]
+            start = time.perf_counter()
+            subprocess.run([*command, "--size", str(WIDTH)], check=True)
+            seconds = time.perf_counter() - start
+            found.append(Limited(name, limit, seconds, mean_samples(output)))
+    return found
+
+
+def mean_samples(path: Path) -> float:
+    """Return the mean samples per pixel of a picture."""
+    from tracer.files import read_exr
+
+    names, values, _ = read_exr(path)
+    return float(values[..., names.index("samples.Y")].mean())
