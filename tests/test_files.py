@@ -92,3 +92,20 @@ def test_a_folder_that_cannot_be_written(tmp_path):
     (tmp_path / "compare.json").write_text("")
     with pytest.raises(OutputError, match=r"compare\.json' exists"):
         files.prepare_folder(tmp_path, False, ("compare.json",))
+
+
+@pytest.mark.parametrize(
+    ("answer", "expected"),
+    [
+        ("one error", "one error"),
+        ("first:\n\n  second.\n", "first; second"),
+        ("", "it is damaged"),
+        (b"a\xffb", "a\ufffdb"),
+    ],
+)
+def test_what_openimageio_says_is_one_line(answer, expected):
+    class Speaker:
+        def geterror(self):
+            return answer.decode() if isinstance(answer, bytes) else answer
+
+    assert files.said(Speaker()) == expected

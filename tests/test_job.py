@@ -68,6 +68,8 @@ def test_a_configuration_gives_what_the_command_line_does_not(tmp_path):
         ('crop = "1,2,3"', "crop: write x,y,width,height"),
         ('sensor = "x"', "sensor"),
         ('define = ["x"]', "define: write name=value"),
+        ("define = [1]", "define: write name=value"),
+        ("define = 1", "define: write name=value"),
         ("memory = -1", "memory: input should be greater than 0"),
     ],
 )

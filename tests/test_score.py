@@ -83,3 +83,10 @@ def test_all_scores():
     assert found.ssim == score.ssim(IMAGE, REFERENCE)
     with pytest.raises(ValueError, match="differ in size"):
         score.all_scores(IMAGE[1:], REFERENCE)
+
+
+@pytest.mark.parametrize("scale", [0.0, 1e-30, 1e-8, 1e-7, 3e-7])
+def test_flip_of_a_black_reference(scale):
+    """The authors' library finds no exposure for it, and ends the process."""
+    assert score.flip(REFERENCE * scale, REFERENCE * scale) == 0
+    assert 0.5 < score.flip(IMAGE, REFERENCE * scale) <= 1

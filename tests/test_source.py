@@ -4,6 +4,7 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
+import tracer
 from conftest import LIT, SENSOR
 from tracer.errors import SceneError, SettingsError
 from tracer.scene import open_scene
@@ -25,6 +26,8 @@ from tracer.source import fingerprint, load
         ('<integrator type="adaptive"><integer name="spp" value="0"/></integrator>', "greater than or equal to 1"),
         ('<integrator type="adaptive"><integrator type="ptracer"/></integrator>', "cannot be sampled pixel by pixel"),
         ('<integrator type="path"/>', "has no sensor"),
+        ('<texture type="bitmap" id="t"/>', "has a 'bitmap' without a picture"),
+        (LIT.replace('"height" value="8"', '"height" value="-0"'), "has a film without pixels"),
     ],
 )
 def test_a_scene_that_cannot_be_rendered_is_one_sentence(scene_file, body, message):
@@ -42,6 +45,46 @@ def test_missing_files_folders_and_strangers(tmp_path):
     for source, message in ((tmp_path / "no.xml", "There is no scene file"), (tmp_path, "is a folder"), (7, "not int")):
         with pytest.raises(SceneError, match=message):
             load(source)
+
+
+def test_text_that_is_not_utf8(tmp_path):
+    path = tmp_path / "scene.xml"
+    path.write_bytes(b'<scene version="3.0.0"><bsdf type="diffuse"><string name="a\xa3" value="\xa3"/></bsdf></scene>')
+    with pytest.raises(SceneError, match="not UTF-8"):
+        fingerprint(path)
+
+
+def test_faces_between_vertices_that_do_not_exist(scene_file, tmp_path):
+    header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+    header += "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n"
+    mesh = tmp_path / "mesh.ply"
+    path = scene_file(LIT + '<shape type="ply" id="roof"><string name="filename" value="mesh.ply"/></shape>')
+    mesh.write_text(header + "3 0 1 2\n")
+    load(path)
+    mesh.write_text(header + "3 0 1 7\n")
+    with pytest.raises(SceneError, match="with faces that use vertex 7, counted from 0, and only 3"):
+        load(path)
+
+
+def test_what_mitsuba_says_only_when_it_renders_is_one_sentence(scene_file):
+    hot = '<spectrum name="radiance" type="blackbody"><float name="temperature" value="5000"/></spectrum>'
+    path = scene_file(LIT.replace('"constant"/>', f'"constant">{hot}</emitter>'))
+    with pytest.raises(SceneError, match=r"cannot be rendered: .*BlackBody"):
+        tracer.render(path, spp=1)
+
+
+def test_errors_of_others_pass_while_a_scene_is_open(scene_file):
+    with pytest.raises(RuntimeError, match="mine"), open_scene(scene_file(LIT)):
+        raise RuntimeError("mine")
+
+
+def test_a_picture_that_no_memory_holds(scene_file):
+    path = scene_file(LIT)
+    for keywords in ({"size": 2**20}, {"size": 2**21}, {"size": (10**12, 1)}):
+        with pytest.raises(SettingsError, match="pixel"), open_scene(path, **keywords):
+            pass
+    with open_scene(path, size=2**20, crop=(5, 5, 4, 4)) as view:
+        assert view.size == (4, 4)
 
 
 def test_a_file_that_holds_no_scene(tmp_path):

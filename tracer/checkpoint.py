@@ -77,11 +77,23 @@ def read(path: Path) -> Checkpoint:
             raise CheckpointError(
                 f"'{path}' was written by another version of tracer ({header['identity']['version']})."
             )
-        return Checkpoint(path=path, arrays=arrays, **header)
+        return Checkpoint(path=path, arrays=arrays, **require_kinds(header, arrays))
     except CheckpointError:
         raise
     except Exception:  # whatever bytes can do to the readers of ZIP, NumPy and JSON
         raise CheckpointError(f"'{path}' is no checkpoint, or a damaged one; remove it to begin anew.") from None
+
+
+def require_kinds(header: dict[str, Any], arrays: Arrays) -> dict[str, Any]:
+    """Return a header if its entries, and the arrays, are of the right kind, else raise ValueError."""
+    plain = all(isinstance(header[name], dict) for name in ("identity", "frame", "plain", "settings"))
+    if not plain or type(header["plain"]["done"]) is not int or not isinstance(header["identity"]["variant"], str):
+        raise ValueError("no entries")
+    if not all(isinstance(source, str) for source in header["sources"]):
+        raise ValueError("no sources")
+    if not all(array.dtype.kind in "biuf" for array in arrays.values()):
+        raise ValueError("no numbers")
+    return header
 
 
 def identity_of(view: View, settings: Settings, wanted: NDArray[np.float64], scene_hash: str) -> dict[str, Any]:
@@ -152,7 +164,7 @@ class Keeper:
             raise CheckpointError(f"'{self.path}' is a merge; it can be merged further, but not rendered on from.")
         try:
             beginning.unpack(kept.arrays, kept.plain, Estimate(self.view, *self.kinds))
-        except (ValueError, KeyError, TypeError):
+        except (ValueError, KeyError, TypeError, AttributeError, OverflowError):
             raise CheckpointError(f"'{self.path}' is a damaged checkpoint; remove it to begin anew.") from None
         self.resumed_from = beginning.done
         return beginning

@@ -190,7 +190,7 @@ def read_exr(path: Path) -> tuple[list[str], NDArray[np.float32], dict[str, Any]
         specification = source.spec()
         values = source.read_image("float")
         if values is None:
-            raise OutputError(f"Cannot read '{path}': {source.geterror()}.")
+            raise OutputError(f"Cannot read '{path}': {said(source)}.")
         own = own_attributes(specification)
     values = np.asarray(values).reshape(specification.height, specification.width, -1)
     return list(specification.channelnames), values, own
@@ -209,11 +209,24 @@ def opened(path: Path) -> Iterator[Any]:
 
     source = oiio.ImageInput.open(str(path))
     if source is None:
-        raise OutputError(f"Cannot read '{path}': {oiio.geterror()}.")
+        raise OutputError(f"Cannot read '{path}': {said(oiio)}.")
     try:
         yield source
     finally:
         source.close()
+
+
+def said(speaker: Any) -> str:
+    """Return the last error of OpenImageIO, or of a file it has open, as one line without a full stop.
+
+    It quotes what a damaged file holds, which may be no text.
+    """
+    try:
+        text = speaker.geterror()
+    except UnicodeDecodeError as error:
+        text = error.object.decode(errors="replace")
+    lines = "".join(each if each.isprintable() else "\n" for each in text).split("\n")
+    return "; ".join(line.strip().rstrip(".:;") for line in lines if line.strip()) or "it is damaged"
 
 
 def own_attributes(specification: Any) -> dict[str, Any]:

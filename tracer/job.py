@@ -81,6 +81,8 @@ class Job(BaseModel):
         """Read "name=value" entries."""
         if isinstance(value, dict):
             return {name: str(each) for name, each in value.items()}
+        if not (isinstance(value, list | tuple) and all(isinstance(entry, str) for entry in value)):
+            raise ValueError(f"define: write name=value (was {value!r})")
         pairs = [entry.partition("=") for entry in value]
         if not all(name and sign for name, sign, _ in pairs):
             raise ValueError(f"define: write name=value (was {', '.join(value)!r})")

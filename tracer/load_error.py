@@ -24,6 +24,12 @@ def load_error(what: str, error: Exception) -> SceneError:
     return SceneError(f"{what} does not load: {message}." + (f" Did you mean '{hint}'?" if hint else ""))
 
 
+def render_error(what: str, error: Exception) -> SceneError | None:
+    """Return a SceneError for what Mitsuba or Dr.Jit says of a scene that loads but cannot be rendered, else None."""
+    ours = re.match(r"\[\w+(?:\.\w+:\d+)?\] |jit_\w+\(\): |drjit\.", str(error)) is None
+    return None if ours else SceneError(f"{what} cannot be rendered: {' '.join(str(error).split()).rstrip('.!')}.")
+
+
 def nearest_name(message: str) -> str | None:
     """Return the known plugin or parameter nearest to the unknown one that the message quotes, or None."""
     plugin = re.search(r'Plugin "([^"]+)" not found', message)

@@ -61,7 +61,7 @@ def sums(kept: Checkpoint) -> Estimate:
         if "allocation" in kept.arrays and "held_out.0" in kept.arrays:
             total.merge(restored(kept, "held_out"))  # stopped: as in the picture that was made of it
         return total
-    except (ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError, AttributeError, OverflowError):
         raise CheckpointError(f"'{kept.path}' is a damaged checkpoint; render it anew.") from None
 
 
@@ -70,8 +70,11 @@ def restored(kept: Checkpoint, name: str) -> Estimate:
     fields: dict[str, Any] = dict(kept.frame)
     kinds = fields.pop("kinds")
     fields |= {name: tuple(fields[name]) for name in ("size", "window")}
-    estimate = Estimate(PlainFrame(**fields), *kinds)
-    estimate.restore(part(kept.arrays, name))
+    frame, sums = PlainFrame(**fields), part(kept.arrays, name)
+    if any(array.shape != (frame.pixel_count,) for array in sums[1:]):  # before memory is asked for
+        raise ValueError("these sums are of another number of pixels")
+    estimate = Estimate(frame, *kinds)
+    estimate.restore(sums)
     return estimate
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.errors import ScoreError
-from tracer.files import opened
+from tracer.files import opened, said
 from tracer.load_error import nearest
 from tracer.score import decode_srgb
 
@@ -43,7 +43,7 @@ def read_picture(path: Path, layer: str | None = None) -> NDArray[np.float32]:
     return decode_srgb(values).astype(np.float32) if encoded else values
 
 
-def read_values(path: Path) -> NDArray[np.float32]:
+def read_values(path: Path) -> NDArray[np.float64]:
     """Return the values of a picture (H, W) as they are in the file, not decoded: mean of its colours, without alpha.
 
     Whole numbers are scaled to [0, 1]. Raises ScoreError.
@@ -53,7 +53,7 @@ def read_values(path: Path) -> NDArray[np.float32]:
     with opened(path) as source:
         names = list(source.spec().channelnames)
         colours = [k for k, name in enumerate(names) if name.rpartition(".")[2] in ("R", "G", "B")]
-        return read_channels(path, source, colours or [0]).mean(axis=-1)
+        return read_channels(path, source, colours or [0]).mean(axis=-1, dtype=np.float64)
 
 
 def read_channels(path: Path, source: Any, channels: list[int]) -> NDArray[np.float32]:
@@ -61,7 +61,7 @@ def read_channels(path: Path, source: Any, channels: list[int]) -> NDArray[np.fl
     specification = source.spec()
     values = source.read_image("float")
     if values is None:
-        raise ScoreError(f"Cannot read '{path}': {source.geterror()}.")
+        raise ScoreError(f"Cannot read '{path}': {said(source)}.")
     shape = specification.height, specification.width, specification.nchannels
     return np.asarray(values, np.float32).reshape(shape)[..., channels]
 

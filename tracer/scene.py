@@ -15,13 +15,15 @@ import numpy as np
 
 from tracer.errors import SceneError, SettingsError
 from tracer.frame import Frame
-from tracer.load_error import load_error
+from tracer.load_error import load_error, render_error
 from tracer.source import LOAD_ERRORS, describe, load
 
 Crop = tuple[int, int, int, int] | None
 """x, y, width and height in pixels of a part of the film."""
 Size = int | tuple[int, int] | None
 """Width (the height follows the film's aspect), or (width, height), or None for the film's own."""
+MOST_SIDE, MOST_PIXELS = 2**20, 2**28
+"""Of a film, and of what is rendered of it at once: beyond, float32 and 32-bit indices do not reach."""
 
 
 @dataclass(frozen=True)
@@ -145,13 +147,30 @@ def open_scene(
     view = View(scene, chosen, require_nestable(nested), settings)
     if mi.has_flag(chosen.film().flags(), mi.FilmFlags.Special):
         raise SceneError(f"Film '{chosen.film().class_name()}' is not supported; use an 'hdrfilm'.")
-    if hasattr(nested, "solve_for"):  # of ours, that solve something first: not while samples are recorded
-        nested.solve_for(scene)
+    if min(chosen.film().size()) < 1:
+        raise SceneError(f"{describe(source)} has a film without pixels; give it a width and height of at least 1.")
     original = resize_film(chosen, size, crop)
     try:
+        require_pixels(view)
+        if hasattr(nested, "solve_for"):  # of ours, that solve something first: not while samples are recorded
+            nested.solve_for(scene)
         yield view
+    except RuntimeError as error:
+        if (said := render_error(describe(source), error)) is None:
+            raise
+        raise said from None
     finally:
         restore_film(chosen, original)
+
+
+def require_pixels(view: View) -> None:
+    """Raise SettingsError for a picture that no memory holds: the film would end the process as it tried."""
+    height, width = view.size
+    if not 0 < view.pixel_count <= MOST_PIXELS:
+        raise SettingsError(
+            f"The picture is {width} x {height} pixels, and at most {MOST_PIXELS} can be rendered at once; "
+            "choose a smaller size, or a crop."
+        )
 
 
 def pick_sensor(scene: Any, sensor: Any, source: Any) -> Any:
@@ -218,8 +237,10 @@ def resize_film(sensor: Any, size: Size, crop: Crop = None) -> dict[str, Any]:
 def new_size(old: list[int], size: Size) -> tuple[int, int]:
     """Return (width, height) of a film of ``old`` size that is given ``size``. Raises SettingsError."""
     width, height = (size, max(1, round(old[1] * size / old[0]))) if isinstance(size, int) else size or old
-    if width < 1 or height < 1:
-        raise SettingsError(f"The size must be at least 1 pixel a side, not {width} x {height}.")
+    if not (1 <= width <= MOST_SIDE and 1 <= height <= MOST_SIDE):
+        raise SettingsError(
+            f"The size must be at least 1 pixel a side and at most {MOST_SIDE}, not {width} x {height}."
+        )
     return width, height
 
 

@@ -14,6 +14,9 @@ LUMINANCE = np.array([0.212671, 0.715160, 0.072169])
 """Weights of linear sRGB in luminance, those of ``mi.luminance``."""
 SSIM_WINDOW = 7
 """Pixels a side of scikit-image's default window."""
+DARK, MOST_STOPS = 2e-7, 24.0
+"""Luminance of a black reference, and the largest exposure in stops that HDR-FLIP chooses. Where nothing is brighter it
+finds none, and ends the process."""
 TRIMMED = 0.001
 """Share of the pixels, those with the largest errors, that the trimmed mean leaves out."""
 
@@ -91,8 +94,10 @@ def flip(image: ArrayLike, reference: ArrayLike) -> float:
     import flip_evaluator
 
     image, reference = same_shape(image, reference)
-    positive = (np.maximum(values, 0.0).astype(np.float32) for values in (reference, image))
-    return float(flip_evaluator.evaluate(*positive, "HDR", applyMagma=False)[1])
+    positive = [np.maximum(values, 0.0).astype(np.float32) for values in (reference, image)]
+    dark = luminance(positive[0]).max() < DARK
+    exposures = {"startExposure": MOST_STOPS, "stopExposure": MOST_STOPS} if dark else {}
+    return float(flip_evaluator.evaluate(*positive, "HDR", applyMagma=False, parameters=exposures)[1])
 
 
 def psnr(image: ArrayLike, reference: ArrayLike) -> float:

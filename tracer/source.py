@@ -13,8 +13,9 @@ import mitsuba as mi
 
 from tracer.errors import SceneError
 from tracer.load_error import load_error
+from tracer.soundness import require_faces, require_sources
 
-LOAD_ERRORS = (RuntimeError, ValueError, TypeError)
+LOAD_ERRORS = (RuntimeError, ValueError, TypeError, MemoryError)
 """What Mitsuba raises for a scene it cannot load."""
 
 
@@ -37,6 +38,7 @@ def load(source: Any, sampler: str | None = None, define: dict[str, str] | None 
         return source
     config, state = parse(source, define)
     config.merge_meshes = False
+    require_sources(describe(source), state)
     for node in state.nodes:
         if sampler is not None and node.type == mi.ObjectType.Sampler:
             node.props.set_plugin_name(sampler)
@@ -48,6 +50,7 @@ def load(source: Any, sampler: str | None = None, define: dict[str, str] | None 
             scene = mi.parser.instantiate(config, state)
     except LOAD_ERRORS as error:
         raise load_error(describe(source), error) from None
+    require_faces(describe(source), scene)
     if sampler is not None:
         require_samplers(source, state, scene)
     return scene
@@ -97,6 +100,14 @@ def parse(source: str | Path | dict[str, Any], define: dict[str, str] | None = N
         raise load_error(describe(source), error) from None
 
 
+def properties(source: Any, node: Any) -> list[tuple[str, Any]]:
+    """Return names and values of what the source says of an object. Raises SceneError."""
+    try:
+        return list(node.props.items())
+    except UnicodeDecodeError:
+        raise SceneError(f"{describe(source)} does not load: there is text in it that is not UTF-8.") from None
+
+
 def fingerprint(source: Any, define: dict[str, str] | None = None) -> str:
     """Return a hash (hexadecimal, 16 digits) of what a scene consists of.
 
@@ -113,7 +124,7 @@ def fingerprint(source: Any, define: dict[str, str] | None = None) -> str:
     for file in state.files:
         digest.update(Path(str(file)).read_bytes())
     for node in state.nodes:
-        for name, value in node.props.items():
+        for name, value in properties(source, node):
             digest.update(f"{node.props.plugin_name()} {name} {value}\n".encode() if isinstance(source, dict) else b"")
             if isinstance(value, str):
                 named = next((folder / value for folder in folders if os.path.isfile(folder / value)), None)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -15,6 +16,8 @@ from tracer.scene import View
 from tracer.settings import Settings
 
 Arrays = dict[str, NDArray]
+SUMS = re.compile(r"(estimate|held_out)\.\d+")
+"""Names of the arrays of an estimate, whose shapes it knows itself."""
 
 
 @dataclass
@@ -80,11 +83,17 @@ class State:
 
     def unpack(self, arrays: Arrays, plain: dict[str, Any], new: Estimate) -> None:
         """Take over what was packed; ``new``: an empty estimate for samples held out. Raises ValueError, KeyError."""
+        for name, array in arrays.items():
+            expected = new.view.size if name.startswith("meter.") else self.drawn.shape
+            if not SUMS.match(name) and array.shape[:2] != expected:
+                raise ValueError("these arrays are of another picture")
         self.estimate.restore(part(arrays, "estimate"))
         if "held_out.0" in arrays:
             new.restore(part(arrays, "held_out"))
             self.held_out = new
         for name in ("taken", "done", "held_out_samples", "looked", "notes"):
+            if type(plain[name]) is not type(getattr(self, name)):
+                raise ValueError(f"{name} is of another kind")
             setattr(self, name, plain[name])
         self.drawn, self.allocation = arrays["drawn"], arrays.get("allocation")
         self.importance = arrays.get("importance")

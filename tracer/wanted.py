@@ -40,7 +40,7 @@ def wanted(view: View, settings: Settings, sampler: Any, importance: Any = None)
     return whole
 
 
-def read_image(path: str) -> NDArray[np.float32]:
+def read_image(path: str) -> Floats:
     """Return the values of an image file (H, W) as they are, the mean of colours. Raises SettingsError."""
     try:
         return read_values(Path(path))
