@@ -99,7 +99,7 @@ def render(
     ] = None,
     memory: Annotated[float | None, typer.Option(help="Most memory to use, in GiB.")] = None,
     live: Annotated[Path | None, typer.Option(help="PNG that shows the picture while it renders.")] = None,
-    tev: Annotated[str | None, typer.Option(help="host[:port] of a tev viewer that shows it, too.")] = None,
+    tev: Annotated[str | None, typer.Option(help="host:port of a tev viewer that shows it, too.")] = None,
     features: Annotated[
         bool | None, typer.Option("--features", help="Write albedo, normal, depth and numbers of shapes, too.")
     ] = None,
