@@ -45,9 +45,9 @@ def test_a_firefly_does_not_come_back():
 
 
 def test_errors_that_were_measured_count():
-    """Standard errors say ten times what is true; measured, the noisy picture is seen to be the better one."""
-    truth, noisy, clean = pictures(0.001, 0.01)
-    stderr = np.full(SHAPE, 0.01)
-    plain, measured = (blend(noisy, clean, stderr, stderr**2, scale) for scale in (1.0, 0.1))
+    """Standard errors say three times what is true; measured, the noisy picture is seen to be the better one."""
+    truth, noisy, clean = pictures(0.001, 0.004)
+    stderr = np.full(SHAPE, 0.003)
+    plain, measured = (blend(noisy, clean, stderr, stderr**2, scale) for scale in (1.0, 0.4))
     errors = [np.mean((each - truth) ** 2) for each in (plain, measured)]
-    assert errors[1] < 0.1 * errors[0]
+    assert errors[1] < 0.4 * errors[0]
