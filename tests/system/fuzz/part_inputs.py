@@ -105,8 +105,10 @@ def films(random, folder):
 
 def radiosity(random, folder):
     """The same to be solved for radiosity, with options of every kind."""
-    kind = random.choice([cut_short, changed_elements, changed_values, changed_values, changed_values])
-    arguments = kind(random, folder)
+    if random.random() < 0.3:
+        arguments = random.choice([cut_short, changed_elements])(random, folder)
+    else:
+        arguments = changed_values(random, folder, xml(SCENES["radiosity"]))
     options = ["--method", random.choice(["gathering", "shooting"]), "--show", random.choice(["gather", "smooth"])]
     if random.random() < 0.3:
         name = random.choice(["--patch", "--rays", "--residual", "--method", "--show"])
