@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.blend import blend
 from tracer.denoise import denoise
 from tracer.estimate import Statistics
 from tracer.features import Features, draw_features, shape_numbers
-from tracer.refilter import refilter
+from tracer.refilter import filter_share, refilter
 from tracer.scene import View
 
 Singles = NDArray[np.float32]
@@ -32,15 +33,22 @@ def see(view: View, sampler: Any, seed: int, counts: NDArray[np.uint32]) -> Seen
     return Seen(draw_features(view, sampler, seed, counts), *shape_numbers(view))
 
 
-def without_noise(view: View, sampler: Any, seed: int, image: Singles, known: Statistics) -> Singles:
-    """Return a picture (H, W, C) with its colours denoised; alpha and AOVs stay. Raises DenoiseError.
+def without_noise(
+    view: View, sampler: Any, seed: int, image: Singles, stderr: Singles, known: Statistics, scale: float | None
+) -> Singles:
+    """Return a picture (H, W, C) with its colours denoised where that helps; alpha and AOVs stay. Raises DenoiseError.
 
     Denoised is the mean of each pixel's own samples: through the film's filter neighbours share noise, and a denoiser
-    takes what they share for detail. The filter is made up for afterwards.
+    takes what they share for detail. The filter is made up for afterwards. ``stderr``: standard errors of the picture,
+    to be multiplied by ``scale`` if that was measured.
     """
     features = draw_features(view, sampler, seed, known.count, filtered=False)
     inner, colours = view.inner, view.colour_channels
     means = np.where(known.count[inner][..., None] > 0, known.mean[inner], image)[..., :colours]
     clean = denoise(view.rgb(means), features.albedo, features.normal)
     clean = refilter(clean, view.film.rfilter())
+    error = np.maximum(view.rgb(stderr), 0.0)
+    own = known.variance[inner] / np.maximum(known.count[inner], 1)[..., None]
+    own = np.maximum(view.rgb(own), 0.0) * filter_share(view.film.rfilter())
+    clean = blend(view.rgb(image), clean, error, own, scale)
     return np.concatenate([view.from_rgb(clean), image[..., colours:]], axis=-1).astype(np.float32)

@@ -104,6 +104,11 @@ class Rendering:
         return self.settings.unbiased and self.criterion.needs_radiance and not self.settings.too_small
 
     @property
+    def measures(self) -> bool:
+        """Whether it is measured from round to round how noisy the picture is."""
+        return self.settings.noise is not None or self.terms.denoise
+
+    @property
     def seed(self) -> int:
         """Seed of the samples that are drawn now."""
         decides = self.hold_out and self.state.held_out is None
@@ -121,7 +126,7 @@ class Rendering:
         state = self.state
         if state.allocation is not None:
             self.draw_round()
-        elif state.done and self.settings.noise is not None:
+        elif state.done and self.measures:
             self.measure_noise(anew=state.meter.image is None)
         while self.report.stopped_by is None:
             goal, self.report.stopped_by = next_goal(goals, state.done, self.settings, self.noise, self.clock)
@@ -237,7 +242,7 @@ class Rendering:
                 return
         state.drawn, state.allocation, state.taken = allocation, None, 0
         state.rounds.append(Round(int(counts.sum()), *extent(allocation), time.perf_counter() - start))
-        if self.settings.noise is not None:
+        if self.measures:
             self.measure_noise(anew=True)
         if self.settings.time is not None and len(state.rounds) == 1:
             self.rehearse()
@@ -306,7 +311,8 @@ class Rendering:
         noisy = None
         if self.terms.denoise:
             noisy = image[..., : self.view.colour_channels]
-            image = self.timed("seconds_denoising", without_noise, *drawn, image, statistics)
+            found = image, stderr, statistics, state.meter.scale
+            image = self.timed("seconds_denoising", without_noise, *drawn, *found)
         report.describe(self.view, statistics, state.done, self.total, self.noise)
         inner = self.view.inner
         return Result(

@@ -32,6 +32,11 @@ def refilter(image: NDArray, reconstruction_filter: Any) -> NDArray[np.float32]:
     return result.astype(np.float32)
 
 
+def filter_share(reconstruction_filter: Any) -> float:
+    """Return by what a filter multiplies the variance of independent pixels: as a Gaussian of its variance does."""
+    return min(1.0, 1.0 / (4.0 * np.pi * filter_variance(reconstruction_filter)))
+
+
 def filter_variance(reconstruction_filter: Any) -> float:
     """Return the second moment over the integral of a filter, in square pixels, along one axis."""
     if reconstruction_filter.is_box_filter():

@@ -25,14 +25,14 @@ def compare(
     seeds: Annotated[int, typer.Option(help="How many seeds.", min=1)] = 5,
     first_seed: Annotated[int, typer.Option(help="The first of them.", min=0)] = 0,
     criterion: Annotated[
-        list[str] | None, typer.Option(help="Criteria to compare; several may follow. [fused]")
+        list[str] | None, typer.Option(help="Criteria to compare; several may follow. (fused)")
     ] = None,
     objective: options.Objective = "relative",
     integrator: options.Integrator = None,
     sensor: options.Sensor = 0,
     size: options.Width = None,
     reference_spp: Annotated[
-        int | None, typer.Option(help="Most samples per pixel of the reference. [64 x spp]")
+        int | None, typer.Option(help="Most samples per pixel of the reference. (64 x spp)")
     ] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Folder for page, tables and numbers.")] = None,
     overwrite: options.Overwrite = False,

@@ -29,7 +29,7 @@ class Shown(StrEnum):
 def radiosity(
     scene: options.SceneFile,
     output: Annotated[Path, typer.Option("--output", "-o", help="Picture to write: .exr or .png.")],
-    patch: Annotated[float | None, typer.Option(help="Longest edge of a patch. [a 40th of the extent]")] = None,
+    patch: Annotated[float | None, typer.Option(help="Longest edge of a patch. (a 40th of the extent)")] = None,
     rays: Annotated[int, typer.Option(help="Rays that every patch gathers with.", min=1, max=1 << 20)] = 256,
     residual: Annotated[float, typer.Option(help="Share of the power the last round may change.")] = 1e-5,
     method: Annotated[Method, typer.Option(help="How patches come by their light.")] = Method.gathering,

@@ -18,7 +18,7 @@ def render(
     config: Annotated[Path | None, typer.Option(help="TOML file with options by name; the command line wins.")] = None,
     spp: Annotated[int | None, typer.Option(help="Mean samples per pixel. [64]", rich_help_panel=Panel.STOP)] = None,
     noise: Annotated[
-        float | None, typer.Option(help="Stop when the error is below, see below.", rich_help_panel=Panel.STOP)
+        float | None, typer.Option(help="Stop when the error is below; see above.", rich_help_panel=Panel.STOP)
     ] = None,
     noise_share: Annotated[
         float | None, typer.Option(help="Share of the pixels it is to hold for. [0.95]", rich_help_panel=Panel.STOP)
@@ -45,12 +45,12 @@ def render(
     frames: Annotated[
         str | None, typer.Option(help='"1-24" or "1-24:2": #### in file names, and $frame, are the number.')
     ] = None,
-    variant: Annotated[str | None, typer.Option(help="Mitsuba variant. [llvm_ad_rgb]")] = None,
+    variant: Annotated[str | None, typer.Option(help="Mitsuba variant. (llvm_ad_rgb)")] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of the samples. [0]", rich_help_panel=Panel.WHERE)] = None,
     criterion: Annotated[
         str | None,
         typer.Option(
-            help="Where it is worth it: fused, variance, ... [fused]",
+            help="Where it is worth it: fused, variance, ... (fused)",
             rich_help_panel=Panel.WHERE,
             autocompletion=options.criteria_names,
         ),
@@ -58,7 +58,7 @@ def render(
     objective: Annotated[
         str | None,
         typer.Option(
-            help="Which error is to be small. [relative]",
+            help="Which error is to be small. (relative)",
             rich_help_panel=Panel.WHERE,
             autocompletion=options.objective_names,
         ),
@@ -86,7 +86,7 @@ def render(
     max_spp: Annotated[int | None, typer.Option(help="Most samples of any pixel.", rich_help_panel=Panel.WHERE)] = None,
     cost: Annotated[
         str | None,
-        typer.Option(help="What a sample costs: none (all the same), or rays. [none]", rich_help_panel=Panel.WHERE),
+        typer.Option(help="What a sample costs: none (all the same), or rays. (none)", rich_help_panel=Panel.WHERE),
     ] = None,
     block: Annotated[
         int | None, typer.Option(help="Side of the blocks of ID complexity. [1]", rich_help_panel=Panel.WHERE)
@@ -99,7 +99,7 @@ def render(
     ] = None,
     memory: Annotated[float | None, typer.Option(help="Most memory to use, in GiB.")] = None,
     live: Annotated[Path | None, typer.Option(help="PNG that shows the picture while it renders.")] = None,
-    tev: Annotated[str | None, typer.Option(help="host[:port] of a tev viewer that shows it, too.")] = None,
+    tev: Annotated[str | None, typer.Option(help="host:port of a tev viewer that shows it, too.")] = None,
     features: Annotated[
         bool | None, typer.Option("--features", help="Write albedo, normal, depth and numbers of shapes, too.")
     ] = None,
@@ -112,9 +112,10 @@ def render(
 ) -> None:
     """Render a scene adaptively, until --spp, --noise or --time is reached, whichever comes first.
 
-    --noise 0.05 means: 95 of 100 pixels (--noise-share) are estimated to be off by at most 5 % of their brightness, or
-    with --objective display by 0.05 of what a screen shows. Ctrl-C and SIGTERM stop after the current pass and keep
-    what there is: the picture, marked as such, and the checkpoint.
+    --noise 0.05 means: 95 of 100 pixels (--noise-share) are estimated to be
+    off by at most 5 % of their brightness, or with --objective display by
+    0.05 of what a screen shows. Ctrl-C and SIGTERM stop after the current
+    pass and keep what there is: picture, marked as such, and checkpoint.
 
     Example: tracer render scene.xml -o out.exr --noise 0.05 --time 600 --checkpoint out.ckpt
     """

@@ -23,7 +23,7 @@ def study(
     ],
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for page, tables and numbers.")],
     folder: Annotated[
-        Path | None, typer.Argument(help="Where its scenes are. [beside the TOML file]", show_default=False)
+        Path | None, typer.Argument(help="Where its scenes are. (beside the TOML file)", show_default=False)
     ] = None,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,

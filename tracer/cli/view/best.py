@@ -19,7 +19,7 @@ def best(
     ] = None,
     search: Annotated[
         list[str] | None,
-        typer.Option(help="paper, octants (the paper's from all 8 triangles), exhaustive; several times. [all]"),
+        typer.Option(help="paper, octants (the paper's from all 8 triangles), exhaustive; several times. (all)"),
     ] = None,
     level: common.Level = 3,
     surfaces: common.Surfaces = None,

@@ -19,7 +19,7 @@ Source = Annotated[
 ]
 Output = Annotated[Path, typer.Option("--output", "-o", help="Folder for pictures, cameras, tables.")]
 Surfaces = Annotated[
-    str | None, typer.Option(help="What counts as a surface: face, shape or bsdf. Of a molecule: its atoms. [face]")
+    str | None, typer.Option(help="What counts as a surface: face, shape or bsdf. Of a molecule: its atoms. (face)")
 ]
 Side = Annotated[int, typer.Option(help="Rays along each side of a view.", min=8, max=4096)]
 Random = Annotated[
@@ -28,17 +28,17 @@ Random = Annotated[
 ]
 Background = Annotated[bool, typer.Option(help="Whether the background counts as a surface in entropy.")]
 Distance = Annotated[float | None, typer.Option(help="From the centre. [6 radii]")]
-Centre = Annotated[Three | None, typer.Option(help="What to look at. [the middle of everything]")]
+Centre = Annotated[Three | None, typer.Option(help="What to look at. (the middle of everything)")]
 Up = Annotated[Three | None, typer.Option(help="What is upwards. [as the scene's camera; y for meshes]")]
 Orthographic = Annotated[
-    bool | None, typer.Option("--orthographic/--perspective", help="Parallel rays, or not. [parallel for molecules]")
+    bool | None, typer.Option("--orthographic/--perspective", help="Parallel rays, or not. (parallel for molecules)")
 ]
 Repeat = Annotated[tuple[int, int, int] | None, typer.Option(help="Repeat the cell of a crystal.")]
 Cut = Annotated[float | None, typer.Option(help="Cut a ball of this radius out of a crystal, in Angstrom.")]
-AtomRadius = Annotated[float | None, typer.Option(help="Radius of atoms in Angstrom. [by element]")]
+AtomRadius = Annotated[float | None, typer.Option(help="Radius of atoms in Angstrom. (by element)")]
 Measure = Annotated[str, typer.Option("--measure", "-m", help="By which a view is good; see tracer view measure.")]
 Samples = Annotated[
-    int, typer.Option(help="Render the pictures, with so many samples per pixel. [lit from the eye]", min=0, max=65536)
+    int, typer.Option(help="Render the pictures, with so many samples per pixel. (lit from the eye)", min=0, max=65536)
 ]
 Level = Annotated[int, typer.Option(help="Viewpoints: 10 * 4^level + 2.", min=0, max=5)]
 

@@ -14,7 +14,7 @@ def measure(
     source: common.Source,
     output: common.Output,
     measures: Annotated[
-        list[str] | None, typer.Option("--measure", "-m", help="Measures, several times. [all that can be measured]")
+        list[str] | None, typer.Option("--measure", "-m", help="Measures, several times. (all that can be measured)")
     ] = None,
     level: common.Level = 2,
     surfaces: common.Surfaces = None,

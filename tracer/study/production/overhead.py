@@ -20,8 +20,8 @@ from tracer.settings import make_settings
 
 Told = Callable[[str], None]
 WIDTH = 512
-WANTED_SECONDS = 20.0
-REPEATS = 5
+WANTED_SECONDS = 15.0
+REPEATS = 3
 KEEP_SECONDS = 5.0
 LIMITS = (5.0, 15.0, 30.0)
 
