@@ -4,9 +4,9 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-import tracer
 from conftest import LIT, SENSOR
 from tracer.errors import SceneError, SettingsError
+from tracer.load_error import render_error
 from tracer.scene import open_scene
 from tracer.source import fingerprint, load
 
@@ -47,6 +47,15 @@ def test_missing_files_folders_and_strangers(tmp_path):
             load(source)
 
 
+def test_spectra_beside_the_scene_are_found_and_count(scene_file, tmp_path):
+    path = scene_file('<emitter type="constant"><spectrum name="radiance" filename="light.spd"/></emitter>')
+    (tmp_path / "light.spd").write_text("400 1\n700 2\n")
+    load(path)
+    before = fingerprint(path)
+    (tmp_path / "light.spd").write_text("400 1\n700 3\n")
+    assert fingerprint(path) != before
+
+
 def test_text_that_is_not_utf8(tmp_path):
     path = tmp_path / "scene.xml"
     path.write_bytes(b'<scene version="3.0.0"><bsdf type="diffuse"><string name="a\xa3" value="\xa3"/></bsdf></scene>')
@@ -66,11 +75,19 @@ def test_faces_between_vertices_that_do_not_exist(scene_file, tmp_path):
         load(path)
 
 
-def test_what_mitsuba_says_only_when_it_renders_is_one_sentence(scene_file):
-    hot = '<spectrum name="radiance" type="blackbody"><float name="temperature" value="5000"/></spectrum>'
-    path = scene_file(LIT.replace('"constant"/>', f'"constant">{hot}</emitter>'))
-    with pytest.raises(SceneError, match=r"cannot be rendered: .*BlackBody"):
-        tracer.render(path, spp=1)
+@pytest.mark.parametrize(
+    ("said", "expected"),
+    [
+        ("[BlackBodySpectrum] Not implemented.", "a.xml cannot be rendered: [BlackBodySpectrum] Not implemented."),
+        ("[shape.cpp:12] No\n  such!", "a.xml cannot be rendered: [shape.cpp:12] No such."),
+        ("jit_var_gather(): nothing", "a.xml cannot be rendered: jit_var_gather(): nothing."),
+        ("mine", None),
+        ("[1] is mine", None),
+    ],
+)
+def test_what_mitsuba_says_only_when_it_renders_is_one_sentence(said, expected):
+    error = render_error("a.xml", RuntimeError(said))
+    assert (str(error) if error else None) == expected
 
 
 def test_errors_of_others_pass_while_a_scene_is_open(scene_file):

@@ -91,7 +91,7 @@ def require_kinds(header: dict[str, Any], arrays: Arrays) -> dict[str, Any]:
         raise ValueError("no entries")
     if not all(isinstance(source, str) for source in header["sources"]):
         raise ValueError("no sources")
-    if not all(array.dtype.kind in "biuf" for array in arrays.values()):
+    if not all(array.dtype.kind in "iuf" for array in arrays.values()):
         raise ValueError("no numbers")
     return header
 

@@ -26,7 +26,7 @@ def load_error(what: str, error: Exception) -> SceneError:
 
 def render_error(what: str, error: Exception) -> SceneError | None:
     """Return a SceneError for what Mitsuba or Dr.Jit says of a scene that loads but cannot be rendered, else None."""
-    ours = re.match(r"\[\w+(?:\.\w+:\d+)?\] |jit_\w+\(\): |drjit\.", str(error)) is None
+    ours = re.match(r"\[[A-Za-z]\w*(?:\.\w+:\d+)?\] |jit_\w+\(\): |drjit\.", str(error)) is None
     return None if ours else SceneError(f"{what} cannot be rendered: {' '.join(str(error).split()).rstrip('.!')}.")
 
 

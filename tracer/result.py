@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.finish import Seen  # not for types alone: Dr.Jit looks up the hints of what an integrator holds
 from tracer.frame import Frame
 from tracer.halt import Reason
 from tracer.noise import Noise
@@ -17,7 +18,6 @@ from tracer.settings import Settings
 
 if TYPE_CHECKING:
     from tracer.estimate import Statistics
-    from tracer.finish import Seen
 
 
 @dataclass(frozen=True)

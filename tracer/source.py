@@ -95,7 +95,8 @@ def parse(source: str | Path | dict[str, Any], define: dict[str, str] | None = N
     if not path.is_file():
         raise SceneError(f"'{path}' is a folder, not a scene file.")
     try:
-        return config, mi.parser.parse_file(config, str(path), **(define or {}))
+        with files_beside(path):  # of spectra, which are read now
+            return config, mi.parser.parse_file(config, str(path), **(define or {}))
     except LOAD_ERRORS as error:
         raise load_error(describe(source), error) from None
 
@@ -126,6 +127,8 @@ def fingerprint(source: Any, define: dict[str, str] | None = None) -> str:
     for node in state.nodes:
         for name, value in properties(source, node):
             digest.update(f"{node.props.plugin_name()} {name} {value}\n".encode() if isinstance(source, dict) else b"")
+            if hasattr(value, "wavelengths"):
+                digest.update(repr((list(value.wavelengths), list(value.values))).encode())
             if isinstance(value, str):
                 named = next((folder / value for folder in folders if os.path.isfile(folder / value)), None)
                 digest.update(named.read_bytes() if named else b"")

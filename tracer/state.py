@@ -87,6 +87,8 @@ class State:
             expected = new.view.size if name.startswith("meter.") else self.drawn.shape
             if not SUMS.match(name) and array.shape[:2] != expected:
                 raise ValueError("these arrays are of another picture")
+        if any(arrays[name].dtype != np.uint32 for name in ("drawn", "allocation") if name in arrays):
+            raise ValueError("these are no counts")
         self.estimate.restore(part(arrays, "estimate"))
         if "held_out.0" in arrays:
             new.restore(part(arrays, "held_out"))

@@ -3,7 +3,16 @@
 The function writes what it likes into the folder; results go to the folder ``out`` beside it.
 """
 
-from . import checkpoint_inputs, light_inputs, mesh_inputs, option_inputs, part_inputs, picture_inputs, scene_inputs
+from . import (
+    checkpoint_inputs,
+    light_inputs,
+    mesh_inputs,
+    option_inputs,
+    part_inputs,
+    picture_inputs,
+    scene_inputs,
+    volume_inputs,
+)
 
 KINDS = {
     "cut short": scene_inputs.cut_short,
@@ -23,6 +32,9 @@ KINDS = {
     "textures": picture_inputs.textures,
     "importance": picture_inputs.importance,
     "scores": picture_inputs.scores,
+    "volumes": volume_inputs.volumes,
+    "spectra": volume_inputs.spectra,
+    "radiosity": part_inputs.radiosity,
     "resumed": checkpoint_inputs.resumed,
     "merged": checkpoint_inputs.merged,
     "options": option_inputs.options,

@@ -22,6 +22,7 @@ CRASHES = (
         "PLY and serialized meshes: faces with vertices that do not exist, far beyond the last, are followed while the "
         "mesh is loaded (those a little beyond load, and are found by tracer.soundness)",
     ),
+    Known("volumes", rb"\AVOL", "a grid without cells, or with a negative number of them"),
     Known(
         "textures",
         rb"\A(P6|PF)\s+([-+]?0*\s|\d+\s+0*\s|\D)",

@@ -1,6 +1,6 @@
 """Scene files whose parts refer to nothing or to themselves, that are no scenes, or whose film is absurd."""
 
-from .scene_inputs import TYPES, render, small
+from .scene_inputs import TYPES, changed_elements, changed_values, cut_short, render, small
 from .scenery import FILM as PLAIN_FILM
 from .scenery import SCENES, words, xml
 
@@ -101,3 +101,18 @@ def films(random, folder):
     ]
     text = xml(SCENES["plain"].replace(PLAIN_FILM.format(filter="box"), FILM.format(*sizes, *words)))
     return render(folder, text, *([] if random.random() < 0.6 else ["--size", "6"]))
+
+
+def radiosity(random, folder):
+    """The same to be solved for radiosity, with options of every kind."""
+    if random.random() < 0.3:
+        arguments = random.choice([cut_short, changed_elements])(random, folder)
+    else:
+        arguments = changed_values(random, folder, xml(SCENES["radiosity"]))
+    options = ["--method", random.choice(["gathering", "shooting"]), "--show", random.choice(["gather", "smooth"])]
+    if random.random() < 0.3:
+        name = random.choice(["--patch", "--rays", "--residual", "--method", "--show"])
+        options += [name, random.choice(["0", "-1", "1", "2", "0.5", "9", "nan", "inf", "1e-30", "1e30", "patches"])]
+    coarse = [] if "--patch" in options else ["--patch", "2"]
+    quick = [] if "--rays" in options else ["--rays", "16"]
+    return ["radiosity", *arguments[1:], *coarse, *quick, *options]

@@ -13,6 +13,8 @@ VALUES = (
     ),
     *["", " ", "  1  ", "1 2 3 4", "ä€😀", "a" * 5000, "1," * 400 + "1", "\t\n", "../../etc/passwd", "/dev/null"],
 )
+NUMBERS = words("nan inf -inf 1e30 -1e30 1e-30 0 -0 -1 -3 1 2 5 7 0.1 0.5 0.99 1.5 90 180")
+"""Most of which can be read as a value of most kinds."""
 TAGS = words(
     "scene shape bsdf emitter sensor film sampler rfilter integrator medium phase texture volume spectrum rgb float "
     "integer string boolean point vector transform matrix translate rotate scale lookat ref include alias default path "
@@ -106,13 +108,13 @@ def change_element(random, root, parent, child):
         child.set("name", random.choice(["to_world", "radiance", "filename", "radius", "nothing", "", "_x", "emitter"]))
 
 
-def changed_values(random, folder):
-    root = Tree.fromstring(some_scene(random))
+def changed_values(random, folder, scene=None):
+    root = Tree.fromstring(scene or some_scene(random))
     for _ in range(random.choice([1, 1, 1, 2, 4])):
         elements = [one for one in root.iter() if {*one.attrib} - {"type", "id", "name", "version"}]
         element = random.choice(elements)
         name = random.choice([name for name in element.attrib if name not in ("type", "id", "name", "version")])
-        element.set(name, random.choice(VALUES))
+        element.set(name, random.choice(NUMBERS if random.random() < 0.6 else VALUES))
     return render(folder, clean(Tree.tostring(root)), *small(random))
 
 
