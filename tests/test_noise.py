@@ -58,6 +58,16 @@ def test_how_far_a_picture_moves_corrects_its_standard_errors(misjudged):
     assert found.needed == pytest.approx((found.error / 0.1) ** 2)
 
 
+def test_pixels_that_do_not_matter_do_not_count():
+    image, stderr = np.ones((2, *FRAME.size, 3), np.float32)
+    stderr[:48] = 0.1
+    counted = np.zeros(FRAME.size, bool)
+    counted[:48] = True
+    every, some = (NoiseMeter(counted=each).look(FRAME, ABSOLUTE, image, stderr) for each in (None, counted))
+    assert some.error == pytest.approx(0.1 * stats.norm.ppf(0.975), rel=1e-6)
+    assert every.error > 5 * some.error
+
+
 def test_rare_light_that_is_being_discovered_is_expected_to_go_on():
     meter = NoiseMeter(factor=0.2)
     image = np.zeros((*FRAME.size, 3), np.float32)

@@ -55,7 +55,8 @@ class Leftover:
         if self.last is not None and self.last[0] is known:
             return self.last[1]
         if self.features is None:
-            self.features = draw_features(self.view, self.sampler, self.seed, known.count, RAYS, filtered=False)
+            counts = np.full(self.view.grid, RAYS, np.uint32)  # whenever they are drawn, the same
+            self.features = draw_features(self.view, self.sampler, self.seed, counts, RAYS, filtered=False)
         mean = self.view.rgb(known.mean[self.view.inner])
         self.last = known, denoise(mean, self.features.albedo, self.features.normal)
         return self.last[1]

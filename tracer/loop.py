@@ -84,12 +84,13 @@ class Rendering:
             keeper.bind(view, settings, self.wanted, self.kinds)
             self.state = keeper.load(self.state)
             self.state.plan_anew(self.total)
+        self.state.meter.counted = (self.wanted > 0)[view.inner] if np.any(self.wanted == 0) else None
         self.report.rounds, self.report.notes = self.state.rounds, self.state.notes
         self.leftover = Leftover(view, self.sampler, self.seed) if denoises else None
         self.left: NDArray[np.float64] | float = 1.0
         """Share of each pixel's noise that denoising is expected to leave."""
         self.noise: Noise | None = None
-        self.need = memory.need(view, keeper is not None, settings.unbiased)
+        self.need = memory.need(view, settings, terms.features, terms.denoise, keeps=keeper is not None)
         self.largest_pass = memory.largest_pass(self.need, terms.memory_limit)
         self.pass_size = PASS_SIZES[1]
 

@@ -13,9 +13,11 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+from tracer.denoise import MOST_MEMORY
 from tracer.errors import SettingsError
 from tracer.frame import Frame
 from tracer.rounds import PASS_SIZES
+from tracer.settings import Settings
 
 GIB = 1 << 30
 PROGRAM = 160e6
@@ -28,6 +30,10 @@ PIXEL_FOOTPRINT = 4.6
 """for each number of its footprint, of which a checkpoint takes"""
 PIXEL_COPY = 2.5
 """more each while it is written."""
+FEATURE_CHANNELS, FEATURES = 7, 200.0
+"""Channels of features, and bytes a pixel for each set of them."""
+DENOISE = 600.0
+"""Bytes a pixel for denoising, up to MOST_MEMORY."""
 SAMPLE = 30.0
 """Bytes a sample of a pass, and"""
 SAMPLE_CHANNEL = 14.0
@@ -52,14 +58,19 @@ class Need:
         return self.scene + PROGRAM + self.pixels + self.sample * pass_size
 
 
-def need(frame: Frame, keeps: bool = False, unbiased: bool = False) -> Need:
+def need(frame: Frame, settings: Settings, features: bool = False, denoise: bool = False, keeps: bool = False) -> Need:
     """Return what a render takes now that its scene is loaded. ``keeps``: it writes checkpoints."""
     channels = len(frame.channels)
     footprint = (2 * frame.reach + 1) ** 2 * (channels + 1) if frame.reach else 0
     pixel = PIXEL + PIXEL_CHANNEL * channels + (PIXEL_FOOTPRINT + PIXEL_COPY * keeps) * footprint
-    if unbiased:
+    if settings.unbiased:
         pixel += 16 * channels + 4 * footprint  # the sums of those held out
-    return Need(resident(), pixel * frame.pixel_count, SAMPLE + SAMPLE_CHANNEL * channels)
+    if features:
+        pixel += FEATURES + PIXEL_FOOTPRINT * footprint * (FEATURE_CHANNELS + 1) / (channels + 1)
+    pixels = pixel * frame.pixel_count
+    if denoise or settings.objective == "denoised":
+        pixels += FEATURES * frame.pixel_count + min(DENOISE * frame.pixel_count, MOST_MEMORY * 1e6)
+    return Need(resident(), pixels, SAMPLE + SAMPLE_CHANNEL * channels)
 
 
 def resident() -> float:

@@ -60,6 +60,8 @@ class NoiseMeter:
     """Measured over predicted move of the last round."""
     scale: float | None = None
     """By which standard errors are multiplied."""
+    counted: NDArray[np.bool_] | None = None
+    """(H, W): pixels that matter; None: all of them."""
 
     def follow(
         self,
@@ -72,10 +74,10 @@ class NoiseMeter:
         """Take in the picture (H, W, C) after a round, with its standard errors and counts (H, W)."""
         if self.image is not None and self.count is not None:
             root = root_of_weights(frame, settings, image)
-            moved = looked_at(root * root_mean_square(image - self.image, frame))
+            moved = self.some(root * root_mean_square(image - self.image, frame))
             now, before = (uniform_filter(each.astype(np.float64), 3, mode="nearest") for each in (count, self.count))
             growth = np.maximum(now / np.maximum(before, 1e-9) - 1.0, 0.0)
-            expected = looked_at(root * root_mean_square(stderr, frame) * np.sqrt(growth))
+            expected = self.some(root * root_mean_square(stderr, frame) * np.sqrt(growth))
             most = bound(expected, settings.noise_share)
             factor = float(np.quantile(moved, settings.noise_share)) / most if most > 0 else 1.0
             trend = factor / self.factor if self.factor else 1.0
@@ -85,20 +87,20 @@ class NoiseMeter:
     def look(self, frame: Frame, settings: Settings, image: NDArray[np.float32], stderr: NDArray[np.float32]) -> Noise:
         """Return the noise of a picture (H, W, C) with its standard errors."""
         scale = 1.0 if self.scale is None else self.scale
-        deviation = scale * looked_at(root_of_weights(frame, settings, image) * root_mean_square(stderr, frame))
+        deviation = scale * self.some(root_of_weights(frame, settings, image) * root_mean_square(stderr, frame))
         error, target = bound(deviation, settings.noise_share), settings.noise
         converged, needed = (None, 1.0) if target is None else (within(deviation, target), (error / target) ** 2)
         return Noise(error, converged, max(needed, 1.0), self.scale is not None)
+
+    def some(self, values: Floats) -> Floats:
+        """Return the values (H, W) of LOOKED_AT pixels that count, or a few more, (P,)."""
+        those = values.ravel() if self.counted is None else values[self.counted]
+        return those[:: (those.size // LOOKED_AT) | 1]  # odd, or it would see a few columns only
 
 
 def root_of_weights(frame: Frame, settings: Settings, image: NDArray[np.float32]) -> Floats:
     """Return the root of the objective's weight of each pixel of a picture (H, W)."""
     return np.sqrt(objective.weights(settings.objective, frame.luminance(image), settings.exposure))
-
-
-def looked_at(values: Floats) -> Floats:
-    """Return the values (H, W) of LOOKED_AT pixels or a few more, (P,)."""
-    return values.ravel()[:: (values.size // LOOKED_AT) | 1]  # odd, or it would see a few columns only
 
 
 def root_mean_square(values: NDArray[np.float32], frame: Frame) -> Floats:

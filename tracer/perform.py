@@ -76,7 +76,7 @@ def picture(
         progress = live.together(progress, live.png(shot.live) if shot.live is not None else None, shown)
     with open_scene(scene, shot.sensor, job.integrator, job.size, job.crop) as view:
         settings = make_settings(**{**view.settings, **job.settings})
-        needed = memory.need(view, keeper is not None, settings.unbiased)
+        needed = memory.need(view, settings, job.features, job.denoise, keeps=keeper is not None)
         if needed.total(size := memory.largest_pass(needed, job.memory)) > memory.LARGE:
             tell(memory.in_words(needed, size))
         result = render_view(view, settings, Terms(progress, keeper, started, job.memory, job.features, job.denoise))

@@ -118,8 +118,9 @@ class Settings(BaseModel):
             raise ValueError(f"max_spp ({self.max_spp}) must not be below spp ({self.spp})")
         if self.pilot_spp is not None and self.pilot_spp > self.spp:
             raise ValueError(f"pilot_spp ({self.pilot_spp}) must not exceed spp ({self.spp})")
-        if self.unbiased and self.noise is not None:
-            raise ValueError("noise cannot be combined with unbiased: samples that say when to stop are biased by that")
+        if self.unbiased and self.is_open:
+            name = "noise" if self.noise is not None else "time"
+            raise ValueError(f"{name} cannot be combined with unbiased, which must know its samples beforehand")
         left = self.spp - 2 * self.pilot_samples
         if self.unbiased and not self.too_small and self.min_spp is not None and self.min_spp > left:
             raise ValueError(

@@ -13,6 +13,7 @@ from tracer.errors import SettingsError
 from tracer.frame import PlainFrame
 from tracer.memory import GIB, SMALLEST_PASS, largest_pass, need
 from tracer.rounds import PASS_SIZES
+from tracer.settings import make_settings
 
 SCRIPT = """
 import resource, sys
@@ -22,7 +23,8 @@ from conformance.cases import scene
 description = scene()
 description["sensor"]["film"] |= {"width": int(sys.argv[2]), "height": int(sys.argv[3])}
 limit = float(sys.argv[4]) or None
-keeps = {"checkpoint": sys.argv[5]} if len(sys.argv) > 5 else {}
+more = {"": {}, "denoise": {"denoise": True, "features": True}}
+keeps = more.get(sys.argv[5], {"checkpoint": sys.argv[5]}) if len(sys.argv) > 5 else {}
 tracer.render(description, spp=int(sys.argv[1]), memory_limit=limit, **keeps)
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 """
@@ -50,7 +52,9 @@ def test_peak_is_bounded():
 def test_a_limit_is_kept(tmp_path, width, height, limit):
     plain = peak(64, width, height, limit)
     kept = peak(64, width, height, limit * 1.2, tmp_path / "state.ckpt")
-    print(f"{plain / GIB:.2f} GiB of {limit}, {kept / GIB:.2f} GiB with a checkpoint")
+    denoised = peak(16, width, height, limit * 3, "denoise")
+    print(f"{plain / GIB:.2f} GiB of {limit}, {kept / GIB:.2f} with a checkpoint, {denoised / GIB:.2f} denoised")
+    assert denoised < 3 * limit * GIB
     assert plain < limit * GIB
     assert kept < 1.2 * limit * GIB
 
@@ -62,7 +66,7 @@ def test_what_a_limit_does_not_hold_is_refused_before_the_first_ray(cornell):
 
 @given(limit=st.floats(0.5, 64.0), channels=st.integers(1, 12), side=st.integers(1, 4000))
 def test_passes_are_the_largest_that_fit(limit, channels, side):
-    found = need(PlainFrame((side, side), 0, ["R"] * channels, 2, (0, 0, side, side)))
+    found = need(PlainFrame((side, side), 0, ["R"] * channels, 2, (0, 0, side, side)), make_settings())
     try:
         size = largest_pass(found, limit)
     except SettingsError:
