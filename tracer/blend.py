@@ -19,6 +19,8 @@ SMOOTH = 3.0
 """Standard deviation in pixels over which squared errors are averaged."""
 UNMEASURED = 0.5
 """Squared error over what standard errors say, where it was not measured: a stratified sequence errs by less."""
+OVERSTATED = 0.65
+"""By how much the largest of a pixel's and its neighbours' errors overstates its own."""
 LEAST = 0.2
 """The same, at least: what is measured is the error of most pixels, not that of those which are worst."""
 
@@ -30,7 +32,7 @@ def blend(noisy: NDArray, clean: NDArray, stderr: NDArray, own: NDArray, scale: 
     alone, which know of fireflies. ``scale``: by which standard errors are to be multiplied (see ``tracer.noise``).
     """
     weight = objective.weights("relative", score.luminance(clean))
-    known = UNMEASURED if scale is None else min(max(scale**2, LEAST), 1.0)
+    known = UNMEASURED if scale is None else min(max(OVERSTATED * scale**2, LEAST), 1.0)
     by_error = weight * np.mean(np.square(stderr, dtype=np.float64), axis=-1)
     by_own = maximum_filter(weight * np.mean(own, axis=-1, dtype=np.float64), 3)
     noise = known * np.maximum(by_error, by_own)
