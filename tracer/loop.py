@@ -190,6 +190,7 @@ class Rendering:
             return Decision(share_out(even, even, settings, situation, False, state.generator))
         if self.leftover is not None and known is not None and before is not None:
             self.left = self.timed("seconds_denoising", self.leftover.share, before, known)
+            self.remembered.clear()  # it goes by other weights
         evidence = criteria.Evidence(
             look=self.look,
             statistics=known,

@@ -43,7 +43,8 @@ class Evidence:
     wanted: Floats
     """What the person wants more of, >= 0: importance is multiplied by it. Ones unless there is a mask or weight."""
     memory: dict[str, Any] = field(default_factory=dict)
-    """What the criterion wants to find again in the next round of the same render."""
+    """What the criterion wants to find again in the next round of the same render, to save time: a render that goes on
+    from a checkpoint begins with none, and must decide the same."""
 
     @property
     def complexity(self) -> Complexity:
