@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from tracer.criteria import Criterion, Evidence
-from tracer.decide import Situation, decide, predicted_gain
+from tracer.decide import Situation, decide, least_counts, predicted_gain, share_out
 from tracer.settings import make_settings
 
 GRID = (8, 8)
@@ -135,3 +135,16 @@ def test_the_least_is_kept_by_every_kind(spends):
     assert allocation.sum() == 16 * 64
     halfway = run(spends, importance, situation(np.full(GRID, 2), 8 * 64, 16 * 64), settings=asked).allocation
     assert halfway.min() == 4
+
+
+def test_least_counts_ask_for_no_more_than_there_is():
+    """Half of the pixels have far more than their share, as where a round was stopped."""
+    drawn = np.zeros(GRID)
+    drawn[: GRID[0] // 2] = 100
+    now = situation(drawn, int(drawn.sum()) + 20)
+    least = least_counts(np.ones(GRID), make_settings(spp=100, min_spp=50), now, 1)
+    assert np.all(least >= drawn)
+    assert least.sum() <= now.goal
+    counts = share_out(np.ones(GRID), np.ones(GRID), make_settings(spp=100), now, True, np.random.default_rng(0))
+    assert counts.sum() == now.goal
+    assert np.all(counts >= drawn)

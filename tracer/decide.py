@@ -103,13 +103,19 @@ def share_out(
 def least_counts(wanted: Floats, settings: Settings, now: Situation, default: int) -> Floats:
     """Return the least samples (H, W) that each pixel is to have: ``min_spp``, else ``default`` where it is wanted.
 
-    They grow with the budget: reached at once, they could ask for more than is left to share out.
+    They grow with the budget: reached at once, they could ask for more than is left to share out. Where they do all the
+    same, each is missed by the same part.
     """
     grown = now.goal / now.total
     least = np.where(wanted > 0, max(1.0, default * grown), 1.0)
     if settings.min_spp is not None:
         least = np.full(wanted.shape, max(1.0, settings.min_spp * grown))
-    return np.maximum(now.drawn, np.floor(least))
+    drawn = now.drawn.astype(np.float64)
+    missing = np.maximum(np.floor(least) - drawn, 0.0)
+    left = max(now.goal - drawn.sum(), 0.0)
+    if missing.sum() > left:  # a render that was stopped where some pixels had their samples and others did not
+        missing = np.floor(missing * (left / missing.sum()))
+    return drawn + missing
 
 
 def cost_of_sample(statistics: Statistics) -> Floats:
