@@ -13,8 +13,9 @@ Singles = NDArray[np.float32]
 MARGIN = 16
 """Pixels that each side is continued by, reflected. Open Image Denoise takes what lies outside for black: a constant
 picture comes back up to 15 % too bright or dark at its edge, a single pixel five times too dark; with these, 0.2 %."""
-MOST_MEMORY = 1024
-"""Megabytes that it may take, about. It then works in tiles, which change no bit and hardly any second."""
+LEAST_MEMORY, MOST_MEMORY, PIXEL_MEMORY = 256, 1024, 0.0006
+"""Megabytes that it may take, about, and for each pixel between. It then works in tiles, which change no bit and hardly
+any second."""
 
 
 def denoise(image: NDArray, albedo: NDArray | None = None, normal: NDArray | None = None) -> Singles:
@@ -80,6 +81,7 @@ def run(device: Any, images: dict[str, Singles], **settings: bool) -> Singles:
         ray_traced.set_image(name, values)
     for name, value in settings.items():
         setattr(ray_traced, name, value)
-    ray_traced.max_memory_mb = MOST_MEMORY
+    wanted = round(PIXEL_MEMORY * output.shape[0] * output.shape[1])
+    ray_traced.max_memory_mb = min(max(wanted, LEAST_MEMORY), MOST_MEMORY)
     ray_traced.execute()
     return output

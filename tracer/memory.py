@@ -13,7 +13,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from tracer.denoise import MOST_MEMORY
+from tracer.denoise import LEAST_MEMORY, MOST_MEMORY, PIXEL_MEMORY
 from tracer.errors import SettingsError
 from tracer.frame import Frame
 from tracer.rounds import PASS_SIZES
@@ -32,8 +32,6 @@ PIXEL_COPY = 2.5
 """more each while it is written."""
 FEATURE_CHANNELS, FEATURES = 7, 200.0
 """Channels of features, and bytes a pixel for each set of them."""
-DENOISE = 600.0
-"""Bytes a pixel for denoising, up to MOST_MEMORY."""
 SAMPLE = 30.0
 """Bytes a sample of a pass, and"""
 SAMPLE_CHANNEL = 14.0
@@ -69,7 +67,7 @@ def need(frame: Frame, settings: Settings, features: bool = False, denoise: bool
         pixel += FEATURES + PIXEL_FOOTPRINT * footprint * (FEATURE_CHANNELS + 1) / (channels + 1)
     pixels = pixel * frame.pixel_count
     if denoise or settings.objective == "denoised":
-        pixels += FEATURES * frame.pixel_count + min(DENOISE * frame.pixel_count, MOST_MEMORY * 1e6)
+        pixels += FEATURES * frame.pixel_count + 1e6 * min(LEAST_MEMORY + PIXEL_MEMORY * frame.pixel_count, MOST_MEMORY)
     return Need(resident(), pixels, SAMPLE + SAMPLE_CHANNEL * channels)
 
 

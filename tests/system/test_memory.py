@@ -16,7 +16,7 @@ from tracer.rounds import PASS_SIZES
 from tracer.settings import make_settings
 
 SCRIPT = """
-import resource, sys
+import sys
 import tracer
 tracer.activate()
 from conformance.cases import scene
@@ -26,7 +26,8 @@ limit = float(sys.argv[4]) or None
 more = {"": {}, "denoise": {"denoise": True, "features": True}}
 keeps = more.get(sys.argv[5], {"checkpoint": sys.argv[5]}) if len(sys.argv) > 5 else {}
 tracer.render(description, spp=int(sys.argv[1]), memory_limit=limit, **keeps)
-print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+# Not ru_maxrss: that counts the process it was started from.
+print(next(line.split()[1] for line in open("/proc/self/status") if line.startswith("VmHWM")))
 """
 BYTES_PER_PIXEL = 1000
 BYTES_PER_PASS = 1.5e9
