@@ -16,7 +16,7 @@ SETTINGS = {"spp": 32, "seed": 3}
 def small_passes(monkeypatch):
     """Make passes so small that a render has dozens of them."""
     monkeypatch.setattr("tracer.rounds.PASS_SIZES", (500, 500, 500))
-    monkeypatch.setattr("tracer.loop.PASS_SIZES", (500, 500, 500))
+    monkeypatch.setattr("tracer.here.PASS_SIZES", (500, 500, 500))
 
 
 def stop_after(samples):

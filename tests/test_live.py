@@ -20,7 +20,7 @@ def at_once(monkeypatch):
     """Show after every pass, and make the passes small."""
     monkeypatch.setattr(live, "LEAST_SECONDS", 0.0)
     monkeypatch.setattr("tracer.rounds.PASS_SIZES", (500, 500, 500))
-    monkeypatch.setattr("tracer.loop.PASS_SIZES", (500, 500, 500))
+    monkeypatch.setattr("tracer.here.PASS_SIZES", (500, 500, 500))
 
 
 def progress(done=10):

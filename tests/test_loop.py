@@ -174,9 +174,9 @@ def test_a_stopped_unbiased_picture_has_no_holes(cornell, monkeypatch):
     monkeypatch.setattr("tracer.rounds.PASS_SIZES", (1000, 1000, 1000))
     with open_scene(cornell()) as view:
         rendering = Rendering(view, make_settings(spp=64, unbiased=True), Terms(lambda now: now.done < 0.3 * now.total))
-        rendering.pass_size = 1000
+        rendering.drawer.pass_size = 1000
         result = rendering.run()
-        rendering.draw.close()
+        rendering.drawer.close()
     assert not result.report.complete
     assert result.samples.min() >= 4
     assert "Not unbiased" in " ".join(result.report.notes)

@@ -145,13 +145,16 @@ class Keeper:
         self.took = 0.0
         self.writes = 0
 
-    def bind(self, view: View, settings: Settings, wanted: NDArray[np.float64], kinds: tuple[int, int]) -> None:
+    def bind(self, view: View, settings: Settings, wanted: NDArray[np.float64]) -> None:
         """Learn which render it is."""
-        self.view, self.settings, self.kinds = view, settings, kinds
+        self.view, self.settings = view, settings
         self.identity = identity_of(view, settings, wanted, self.scene_hash)
 
-    def load(self, beginning: State) -> State:
-        """Return the state of the file, or ``beginning`` if there is none. Raises CheckpointError."""
+    def load(self, beginning: State, empty: Estimate) -> State:
+        """Return the state of the file, or ``beginning`` if there is none. Raises CheckpointError.
+
+        ``empty``: another estimate without samples, for those that are held out.
+        """
         if not self.resume or not self.path.exists():
             return beginning
         kept = read(self.path)
@@ -163,7 +166,7 @@ class Keeper:
         if "generator" not in kept.plain:
             raise CheckpointError(f"'{self.path}' is a merge; it can be merged further, but not rendered on from.")
         try:
-            beginning.unpack(kept.arrays, kept.plain, Estimate(self.view, *self.kinds))
+            beginning.unpack(kept.arrays, kept.plain, empty)
         except (ValueError, KeyError, TypeError, AttributeError, OverflowError):
             raise CheckpointError(f"'{self.path}' is a damaged checkpoint; remove it to begin anew.") from None
         self.resumed_from = beginning.done
@@ -185,7 +188,7 @@ class Keeper:
                 Checkpoint(
                     path=self.path,
                     identity=self.identity,
-                    frame={**frame, "kinds": self.kinds},
+                    frame={**frame, "kinds": [state.estimate.moments, state.estimate.peaks]},
                     plain=plain,
                     arrays=arrays,
                     settings=self.settings.model_dump(),

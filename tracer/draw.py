@@ -99,14 +99,14 @@ class Line:
             yield self.take(size)
 
 
-def lane_pixels(window: Window) -> tuple[Any, Any]:
-    """Return (pixel, sample index) of every lane of a window, as mi.UInt32."""
+def lane_pixels(window: Window, first_pixel: int = 0) -> tuple[Any, Any]:
+    """Return (pixel, sample index) of every lane of a window, as mi.UInt32; ``first_pixel``: of the line."""
     marks = dr.zeros(mi.UInt32, window.sample_count)
     # Left to itself Dr.Jit chooses the mode by the size of ``marks``, and compiles one kernel for each.
     dr.scatter_add(marks, mi.UInt32(1), mi.UInt32(window.begin), mode=dr.ReduceMode.Direct)
     rank = dr.cumsum(marks) - 1
     index = dr.gather(mi.UInt32, mi.UInt32(window.base), rank) + dr.arange(mi.UInt32, window.sample_count)
-    return rank + dr.opaque(mi.UInt32, window.first_pixel), index
+    return rank + dr.opaque(mi.UInt32, first_pixel + window.first_pixel), index
 
 
 def camera_ray(view: View, sampler: Any, row: Any, column: Any) -> tuple[Any, Any, Any]:

@@ -53,11 +53,13 @@ class Statistics:
 class Estimate:
     """Running estimate over ``view.grid``, in bands of pixels."""
 
-    def __init__(self, view: Frame, moments: int = 0, peaks: int = 0) -> None:
-        """``moments`` and ``peaks``: how many of ``Samples`` there are. To add samples, ``view`` must be a ``View``."""
+    def __init__(self, view: Frame, moments: int = 0, peaks: int = 0, rfilter: Any = None) -> None:
+        """``moments`` and ``peaks``: how many of ``Samples`` there are. ``rfilter``: that of the film, which must be
+        known to add samples; None: that of the view, if that is a ``View``.
+        """
         self.view = view
         self.moments, self.peaks = moments, peaks
-        self.filter: Any = view.film.rfilter() if isinstance(view, View) else None
+        self.filter: Any = view.film.rfilter() if rfilter is None and isinstance(view, View) else rfilter
         self.reach = view.reach
         offsets = (2 * self.reach + 1) ** 2 if self.reach else 0
         self.bands = bands(view.pixel_count, len(view.channels), offsets, moments, peaks)
@@ -88,6 +90,14 @@ class Estimate:
     def samples(self) -> NDArray[np.uint32]:
         """Return the samples of each pixel of the image (H, W), those not finite left out."""
         return to_host(self.count, self.view.grid)[self.view.inner]
+
+    def drawn(self) -> NDArray[np.uint32]:
+        """Return the samples of each pixel (grid), those not finite too: the index of the next one."""
+        return to_host(self.count + self.whole("invalid"), self.view.grid)
+
+    def here(self) -> Estimate:
+        """Return this estimate with all of its sums in this process."""
+        return self
 
     def state(self) -> list[NDArray]:
         """Return all sums as NumPy arrays (P,), for another process to ``restore``."""

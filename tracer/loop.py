@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,18 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from tracer import criteria, draw, memory, objective, pilot
+from tracer import criteria, memory, objective, pilot
 from tracer.checkpoint import Keeper
 from tracer.decide import Decision, Situation, decide, share_out
 from tracer.denoise import load as load_denoiser
 from tracer.estimate import Estimate, Statistics
 from tracer.finish import see, without_noise
 from tracer.halt import Clock, next_goal
+from tracer.here import Drawer, Here
 from tracer.leftover import Leftover
 from tracer.noise import Noise
 from tracer.progress import Progress, ProgressCallback
 from tracer.result import Report, Result, Round
-from tracer.rounds import GROWTH, PASS_SIZES, PRIORITY_GROWTH, even_pass, next_pass_size, round_goals
+from tracer.rounds import GROWTH, PRIORITY_GROWTH, round_goals
 from tracer.scene import View
 from tracer.settings import Settings
 from tracer.state import State
@@ -56,7 +58,7 @@ def render_view(view: View, settings: Settings, terms: Terms = Terms(), importan
         try:
             return rendering.run()
         finally:
-            rendering.draw.close()
+            rendering.drawer.close()
 
 
 class Rendering:
@@ -73,16 +75,17 @@ class Rendering:
         self.criterion = criteria.get(settings.criterion)
         self.report = Report(settings)
         self.sampler = mi.load_dict({"type": "owen_sobol"})
-        self.draw = draw.Recorded(view, self.sampler, self.criterion.moments)
-        self.kinds = draw.moment_counts(view, self.criterion.moments)
+        need = memory.need(view, settings, terms.features, terms.denoise, keeps=keeper is not None)
+        largest_pass = memory.largest_pass(need, terms.memory_limit)
+        self.drawer: Drawer = Here(view, self.sampler, self.criterion.moments, largest_pass)
         self.total = settings.spp * view.pixel_count
         self.remembered: dict[str, Any] = {}
         self.complexity: pilot.Complexity | None = None
         self.wanted = wanted(view, settings, self.sampler.fork(), importance)
-        self.state = State.beginning(view, settings, self.kinds)
+        self.state = State.beginning(self.drawer.empty(), settings)
         if keeper is not None:
-            keeper.bind(view, settings, self.wanted, self.kinds)
-            self.state = keeper.load(self.state)
+            keeper.bind(view, settings, self.wanted)
+            self.state = keeper.load(self.state, self.drawer.empty())
             self.state.plan_anew(self.total)
         self.state.meter.counted = (self.wanted > 0)[view.inner] if np.any(self.wanted == 0) else None
         self.report.rounds, self.report.notes = self.state.rounds, self.state.notes
@@ -90,9 +93,6 @@ class Rendering:
         self.left: NDArray[np.float64] | float = 1.0
         """Share of each pixel's noise that denoising is expected to leave."""
         self.noise: Noise | None = None
-        self.need = memory.need(view, settings, terms.features, terms.denoise, keeps=keeper is not None)
-        self.largest_pass = memory.largest_pass(self.need, terms.memory_limit)
-        self.pass_size = PASS_SIZES[1]
 
     @property
     def estimate(self) -> Estimate:
@@ -147,12 +147,12 @@ class Rendering:
         if state.held_out is not None:
             goal -= int(state.held_out_samples)
         decision = self.decide(known, state.before, goal)
-        state.before, state.allocation, state.taken = known, decision.allocation, 0
+        state.before, state.allocation = known, decision.allocation
 
     def start_over(self) -> None:
         """Put aside all samples drawn so far, and draw others from here on."""
         state = self.state
-        state.held_out, state.estimate = self.estimate, Estimate(self.view, *self.kinds)
+        state.held_out, state.estimate = self.estimate, self.drawer.empty()
         state.held_out_samples = state.done
         state.drawn = np.zeros(self.view.grid, np.uint32)
         self.report.note(
@@ -218,43 +218,30 @@ class Rendering:
 
     def draw_round(self) -> None:
         """Draw what the allocation has beyond what is drawn, pass by pass."""
-        state = self.state
+        state, report = self.state, self.report
         allocation = state.allocation
         assert allocation is not None
         start = time.perf_counter()
-        counts = allocation - state.drawn
-        seed = dr.opaque(mi.UInt32, self.seed)
-        scale = dr.opaque(mi.Float, self.settings.spp**-0.5)
-        line = draw.Line(counts.ravel(), state.drawn.ravel())
-        line.taken = state.taken
-        while line.taken < line.total:
-            window = line.take(even_pass(line.total - line.taken, self.pass_size, self.largest_pass))
-            pass_start = time.perf_counter()
-            pixel, index = draw.lane_pixels(window)
-            samples = self.draw(seed, pixel, index, scale)
-            dr.sync_thread()
-            pass_seconds = time.perf_counter() - pass_start
-            self.report.seconds_drawing += pass_seconds
-            self.pass_size = next_pass_size(window.sample_count / pass_seconds)
-            self.timed("seconds_statistics", self.add, window, samples)
-            state.taken = line.taken
-            state.done += window.sample_count
-            self.clock.passed(window.sample_count)
-            if not self.go_on(finished=line.taken >= line.total):
-                return
-        state.drawn, state.allocation, state.taken = allocation, None, 0
-        state.rounds.append(Round(int(counts.sum()), *extent(allocation), time.perf_counter() - start))
+        counts = allocation - self.estimate.drawn()
+        left = int(counts.sum())
+        with closing(self.drawer.draw(self.estimate, counts, self.seed, self.settings.spp**-0.5)) as passes:
+            for one in passes:
+                left -= one.samples
+                state.done += one.samples
+                report.seconds_drawing += one.seconds_drawing
+                report.seconds_statistics += one.seconds_adding
+                self.clock.passed(one.samples)
+                if not self.go_on(finished=left == 0):
+                    return
+        samples = int((allocation - state.drawn).sum())
+        state.drawn, state.allocation = allocation, None
+        state.rounds.append(Round(samples, *extent(allocation), time.perf_counter() - start))
         if self.measures:
             self.measure_noise(anew=True)
         if self.settings.time is not None and len(state.rounds) == 1:
             self.rehearse()
         if self.keeper is not None:
             self.keeper.save_if_due(state)
-
-    def add(self, window: draw.Window, samples: draw.Samples) -> None:
-        """Add a pass to the estimate and wait for it."""
-        self.estimate.add(window, samples)
-        dr.sync_thread()
 
     def rehearse(self) -> None:
         """Develop the picture twice: that compiles what it needs, and then tells how much time to keep for the end."""

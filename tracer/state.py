@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from tracer.estimate import Estimate, Statistics
 from tracer.noise import NoiseMeter
 from tracer.result import Round
-from tracer.scene import View
 from tracer.settings import Settings
 
 Arrays = dict[str, NDArray]
@@ -31,8 +30,6 @@ class State:
     """(grid): samples of each pixel after the last whole round, those held out not counted."""
     allocation: NDArray[np.uint32] | None = None
     """(grid): the same after the round that is under way; None between rounds."""
-    taken: int = 0
-    """Samples of that round that are drawn."""
     done: int = 0
     """Samples drawn in all."""
     before: Statistics | None = None
@@ -49,18 +46,17 @@ class State:
     notes: list[str] = field(default_factory=list)
 
     @classmethod
-    def beginning(cls, view: View, settings: Settings, kinds: tuple[int, int]) -> State:
-        """Return the state before the first sample; ``kinds``: moments and peaks that the criterion asks for."""
+    def beginning(cls, empty: Estimate, settings: Settings) -> State:
+        """Return the state before the first sample."""
         generator = np.random.default_rng(np.random.SeedSequence([settings.seed, 1]))
-        return cls(Estimate(view, *kinds), generator, np.zeros(view.grid, np.uint32))
+        return cls(empty, generator, np.zeros(empty.view.grid, np.uint32))
 
     def plan_anew(self, total: int) -> None:
         """Give up the round that is under way if it would end beyond ``total`` samples; those drawn of it stay."""
         if self.allocation is None or self.held_out is not None:
             return
         if int(self.allocation.sum(dtype=np.int64)) > total:
-            known = self.estimate.statistics()
-            self.drawn, self.allocation, self.taken = known.count + known.invalid, None, 0
+            self.drawn, self.allocation = self.estimate.drawn(), None
 
     def pack(self) -> tuple[Arrays, dict[str, Any]]:
         """Return arrays by name, and the rest as plain values for JSON."""
@@ -73,7 +69,7 @@ class State:
         for name, estimate in (("estimate", self.estimate), ("held_out", self.held_out)):
             if estimate is not None:
                 arrays |= {f"{name}.{k}": array for k, array in enumerate(estimate.state())}
-        plain = {name: getattr(self, name) for name in ("taken", "done", "held_out_samples", "looked", "notes")}
+        plain = {name: getattr(self, name) for name in ("done", "held_out_samples", "looked", "notes")}
         plain |= {
             "factor": self.meter.factor,
             "scale": self.meter.scale,
@@ -93,7 +89,7 @@ class State:
         if "held_out.0" in arrays:
             new.restore(part(arrays, "held_out"))
             self.held_out = new
-        for name in ("taken", "done", "held_out_samples", "looked", "notes"):
+        for name in ("done", "held_out_samples", "looked", "notes"):
             if type(plain[name]) is not type(getattr(self, name)):
                 raise ValueError(f"{name} is of another kind")
             setattr(self, name, plain[name])

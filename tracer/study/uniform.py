@@ -15,4 +15,4 @@ def render_uniform(view: View, spp: int, seed: int) -> tuple[Result, Statistics]
     try:
         return rendering.run(), rendering.estimate.statistics()
     finally:
-        rendering.draw.close()
+        rendering.drawer.close()

@@ -1,0 +1,87 @@
+"""Draw the samples of a round in this process, pass by pass."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Generator
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer import draw
+from tracer.estimate import Estimate
+from tracer.rounds import PASS_SIZES, even_pass, next_pass_size
+from tracer.scene import View
+
+Counts = NDArray[np.uint32]
+
+
+@dataclass(frozen=True)
+class Pass:
+    """Samples that were drawn and added to an estimate, and the seconds that took."""
+
+    samples: int
+    seconds_drawing: float = 0.0
+    seconds_adding: float = 0.0
+
+
+class Drawer(Protocol):
+    """Who draws, in this process or elsewhere. Whoever it is, the sums are the same."""
+
+    def empty(self) -> Estimate:
+        """Return an estimate without samples, to add to."""
+
+    def draw(self, estimate: Estimate, counts: Counts, seed: int, scale: float) -> Generator[Pass, None, None]:
+        """Add ``counts`` (grid) samples to ``estimate``, after those that it has, and tell of each pass.
+
+        ``scale``: of ray differentials. Left early, each pixel has some of its samples, the first ones.
+        """
+
+    def close(self) -> None:
+        """Let go of what drawing needs."""
+
+
+class Here:
+    """Draws in this process."""
+
+    def __init__(
+        self,
+        view: View,
+        sampler: Any,
+        moments: draw.Moments | None,
+        largest_pass: int = PASS_SIZES[-1],
+        first_pixel: int = 0,
+    ) -> None:
+        """``first_pixel``: of the view, that the first one of estimates stands for."""
+        self.view, self.first_pixel = view, first_pixel
+        self.kinds = draw.moment_counts(view, moments)
+        self.record = draw.Recorded(view, sampler, moments)
+        self.pass_size, self.largest_pass = PASS_SIZES[1], largest_pass
+
+    def empty(self) -> Estimate:
+        """Return an estimate of the view without samples."""
+        return Estimate(self.view, *self.kinds)
+
+    def draw(self, estimate: Estimate, counts: Counts, seed: int, scale: float) -> Generator[Pass, None, None]:
+        """See ``Drawer``."""
+        on_device = dr.opaque(mi.UInt32, seed), dr.opaque(mi.Float, scale)
+        line = draw.Line(counts.ravel(), estimate.drawn().ravel())
+        while line.taken < line.total:
+            start = time.perf_counter()
+            window = line.take(even_pass(line.total - line.taken, self.pass_size, self.largest_pass))
+            pixel, index = draw.lane_pixels(window, self.first_pixel)
+            samples = self.record(on_device[0], pixel, index, on_device[1])
+            dr.sync_thread()
+            drawing = time.perf_counter() - start
+            self.pass_size = next_pass_size(window.sample_count / drawing)
+            estimate.add(window, samples)
+            dr.sync_thread()
+            yield Pass(window.sample_count, drawing, time.perf_counter() - start - drawing)
+
+    def close(self) -> None:
+        """Let go of scene and kernels."""
+        self.record.close()
