@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,7 @@ def render(
     memory_limit: float | None = None,
     features: bool = False,
     denoise: bool = False,
+    cluster: Any = None,
     started: float | None = None,
     **settings: Any,
 ) -> Result:
@@ -42,8 +44,9 @@ def render(
     ``checkpoint``: file to keep the state in, every ``checkpoint_every`` seconds and at the end; ``resume``: go on from
     it if it is there. ``memory_limit``: most memory in GiB; passes are made as small as that asks for.
     ``features``: whether to return what the camera's rays hit first; ``denoise``: whether to take the noise out of the
-    picture with the help of that. ``started``: value of ``time.perf_counter()`` from which a limit of time counts,
-    instead of now.
+    picture with the help of that. ``cluster``: draw on workers: their number on this machine, the address of a Dask
+    scheduler, or a ``distributed.Client``; the picture is the same, and the scene must be a file. ``started``: value of
+    ``time.perf_counter()`` from which a limit of time counts, instead of now.
 
     Further keywords are those of ``tracer.settings.Settings``: spp, noise, time, seed, criterion, objective, exposure,
     pilot_spp, min_spp, max_spp, cost, block, unbiased, shape_weights; where the scene's integrator is ``adaptive``, its
@@ -57,6 +60,14 @@ def render(
     keeper = None
     if checkpoint is not None:
         keeper = open_keeper(Path(checkpoint), fingerprint(scene, define), resume, every=checkpoint_every)
-    with open_scene(scene, sensor, integrator, size, crop, define) as view:
+    with ExitStack() as stack:
+        drawer = None
+        if cluster is not None:
+            from tracer.cluster.hire import hire
+
+            seen = {"integrator": integrator, "size": size, "crop": crop}
+            drawer = stack.enter_context(hire(cluster))(scene, fingerprint(scene, define), define, sensor, **seen)
+        view = stack.enter_context(open_scene(scene, sensor, integrator, size, crop, define))
         chosen = make_settings(**{**view.settings, **settings})
-        return render_view(view, chosen, Terms(progress, keeper, started, memory_limit, features, denoise), importance)
+        terms = Terms(progress, keeper, started, memory_limit, features, denoise, drawer)
+        return render_view(view, chosen, terms, importance)

@@ -29,6 +29,16 @@ class CheckpointError(TracerError):
     """A checkpoint that is missing, damaged, or of another render."""
 
 
+class ClusterError(TracerError):
+    """A cluster that is not there, not any more, or not made of the same as the client."""
+
+    exit_code = 4
+
+
+class SceneMissingError(ClusterError):
+    """A worker that does not have the scene."""
+
+
 class BudgetError(TracerError):
     """Bounds on the samples per pixel that no allocation can meet."""
 

@@ -35,10 +35,11 @@ class Drawer(Protocol):
     def empty(self) -> Estimate:
         """Return an estimate without samples, to add to."""
 
-    def draw(self, estimate: Estimate, counts: Counts, seed: int, scale: float) -> Generator[Pass, None, None]:
+    def draw(self, estimate: Any, counts: Counts, seed: int, scale: float) -> Generator[Pass, None, None]:
         """Add ``counts`` (grid) samples to ``estimate``, after those that it has, and tell of each pass.
 
-        ``scale``: of ray differentials. Left early, each pixel has some of its samples, the first ones.
+        ``scale``: of ray differentials. Left early, each pixel has some of its samples, the first ones. A pass without
+        samples is a sign of life.
         """
 
     def close(self) -> None:
@@ -54,10 +55,8 @@ class Here:
         sampler: Any,
         moments: draw.Moments | None,
         largest_pass: int = PASS_SIZES[-1],
-        first_pixel: int = 0,
     ) -> None:
-        """``first_pixel``: of the view, that the first one of estimates stands for."""
-        self.view, self.first_pixel = view, first_pixel
+        self.view = view
         self.kinds = draw.moment_counts(view, moments)
         self.record = draw.Recorded(view, sampler, moments)
         self.pass_size, self.largest_pass = PASS_SIZES[1], largest_pass
@@ -66,14 +65,16 @@ class Here:
         """Return an estimate of the view without samples."""
         return Estimate(self.view, *self.kinds)
 
-    def draw(self, estimate: Estimate, counts: Counts, seed: int, scale: float) -> Generator[Pass, None, None]:
-        """See ``Drawer``."""
+    def draw(
+        self, estimate: Estimate, counts: Counts, seed: int, scale: float, first_pixel: int = 0
+    ) -> Generator[Pass, None, None]:
+        """See ``Drawer``; ``first_pixel``: of the view, for which the first one of ``estimate`` stands."""
         on_device = dr.opaque(mi.UInt32, seed), dr.opaque(mi.Float, scale)
         line = draw.Line(counts.ravel(), estimate.drawn().ravel())
         while line.taken < line.total:
             start = time.perf_counter()
             window = line.take(even_pass(line.total - line.taken, self.pass_size, self.largest_pass))
-            pixel, index = draw.lane_pixels(window, self.first_pixel)
+            pixel, index = draw.lane_pixels(window, first_pixel)
             samples = self.record(on_device[0], pixel, index, on_device[1])
             dr.sync_thread()
             drawing = time.perf_counter() - start

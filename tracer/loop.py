@@ -38,6 +38,10 @@ HELD_OUT_KEY = 0x5EED0
 """Keeps samples that only decide apart from those that make the picture."""
 
 
+DrawerFor = Callable[[View, criteria.Criterion, int], Drawer]
+"""From a view, the criterion that decides and the most samples of a pass to who draws."""
+
+
 @dataclass(frozen=True)
 class Terms:
     """How a render is carried out, which changes none of its samples; see ``tracer.render``."""
@@ -49,6 +53,8 @@ class Terms:
     memory_limit: float | None = None
     features: bool = False
     denoise: bool = False
+    drawer: DrawerFor | None = None
+    """Draws elsewhere than in this process."""
 
 
 def render_view(view: View, settings: Settings, terms: Terms = Terms(), importance: Any = None) -> Result:
@@ -77,7 +83,11 @@ class Rendering:
         self.sampler = mi.load_dict({"type": "owen_sobol"})
         need = memory.need(view, settings, terms.features, terms.denoise, keeps=keeper is not None)
         largest_pass = memory.largest_pass(need, terms.memory_limit)
-        self.drawer: Drawer = Here(view, self.sampler, self.criterion.moments, largest_pass)
+        self.drawer: Drawer = (
+            Here(view, self.sampler, self.criterion.moments, largest_pass)
+            if terms.drawer is None
+            else terms.drawer(view, self.criterion, largest_pass)
+        )
         self.total = settings.spp * view.pixel_count
         self.remembered: dict[str, Any] = {}
         self.complexity: pilot.Complexity | None = None
@@ -230,7 +240,8 @@ class Rendering:
                 state.done += one.samples
                 report.seconds_drawing += one.seconds_drawing
                 report.seconds_statistics += one.seconds_adding
-                self.clock.passed(one.samples)
+                if one.samples:
+                    self.clock.passed(one.samples)
                 if not self.go_on(finished=left == 0):
                     return
         samples = int((allocation - state.drawn).sum())
@@ -289,8 +300,9 @@ class Rendering:
         if self.keeper is not None:
             self.keeper.save(state)
             report.notes = [*report.notes, *self.keeper.complaints]
+        state.estimate = self.timed("seconds_statistics", state.estimate.here)
         if state.held_out is not None and (state.allocation is not None or not report.complete):
-            state.estimate.merge(state.held_out)
+            state.estimate.merge(state.held_out.here())
             report.note("Not unbiased, as it was stopped: the samples that decided are in the picture.")
         image, stderr = self.timed("seconds_statistics", self.estimate.develop)
         statistics = self.estimate.statistics()

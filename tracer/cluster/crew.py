@@ -1,0 +1,112 @@
+"""Connect to workers: a cluster of this machine's own, or one that is there."""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from tracer.errors import ClusterError, SettingsError
+
+try:
+    import dask
+    import distributed
+except ImportError:
+    raise ClusterError("Workers need Dask distributed; install it with: pip install 'tracer[cluster]'.") from None
+
+from tracer.cluster.setup import Setup, require_same, software
+from tracer.cluster.unit import prepare
+
+LONGEST_WAIT = 60.0
+"""Seconds to wait for a scheduler, or for its first worker."""
+MOST_DEATHS = 5
+"""Workers that may die over one unit before it is taken to be what kills them; of a cluster of our own."""
+
+
+@dataclass(frozen=True)
+class Crew:
+    """Workers that draw."""
+
+    client: Any
+    """``distributed.Client``."""
+    address: str
+    """Of the scheduler."""
+
+    def workers(self) -> dict[str, int]:
+        """Return the threads of each worker, by its address."""
+        return dict(self.client.nthreads())
+
+    def begin(self, setup: Setup) -> None:
+        """Let all workers open a scene while the client does so itself."""
+        self.client.run(prepare, setup, wait=False, on_error="ignore")
+
+
+@contextmanager
+def open_crew(cluster: Any) -> Iterator[Crew]:
+    """Yield workers. ``cluster``: how many there are to be on this machine, the address of a scheduler, or a client.
+
+    Raises ClusterError if there are none, or if they are not made of the same as this process.
+    """
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what a person must know is an error of ours
+    if isinstance(cluster, distributed.Client):
+        yield checked(Crew(cluster, str(cluster.scheduler.address)))
+    elif isinstance(cluster, str):
+        with connected(cluster) as client:
+            yield checked(Crew(client, str(client.scheduler.address)))
+    elif isinstance(cluster, int) and cluster >= 1:
+        with own_cluster(cluster) as address, connected(address) as client:
+            yield checked(Crew(client, str(client.scheduler.address)))
+    else:
+        raise SettingsError(f"A cluster is a number of workers, an address, or a dask client, not {cluster!r}.")
+
+
+@contextmanager
+def own_cluster(workers: int) -> Iterator[Any]:
+    """Run workers on this machine, which share its threads, and can be reached from it alone."""
+    threads = max(1, len(os.sched_getaffinity(0)) // workers)
+    settings = {"distributed.scheduler.allowed-failures": MOST_DEATHS}
+    with (
+        dask.config.set(settings),
+        distributed.LocalCluster(
+            n_workers=workers,
+            threads_per_worker=threads,
+            processes=True,
+            host="127.0.0.1",
+            dashboard_address=None,
+            memory_limit=0,  # else workers pause when they hold much, and nothing says so
+            silence_logs=logging.CRITICAL,
+        ) as cluster,
+    ):
+        yield cluster
+
+
+@contextmanager
+def connected(cluster: Any) -> Iterator[Any]:
+    """Connect to a scheduler. Raises ClusterError."""
+    try:
+        client = distributed.Client(cluster, timeout=LONGEST_WAIT, set_as_default=False)
+    except (OSError, TimeoutError, ValueError, TypeError) as error:
+        said = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise ClusterError(f"Cannot connect to the scheduler '{cluster}': {said}.") from None
+    try:
+        yield client
+    finally:
+        client.close(timeout=5)
+
+
+def checked(crew: Crew) -> Crew:
+    """Return the crew, if it has workers, and those are made of the same as this process; else raise ClusterError."""
+    try:
+        crew.client.wait_for_workers(1, timeout=LONGEST_WAIT)
+    except TimeoutError:
+        raise ClusterError(f"The scheduler {crew.address} has no workers; start one with 'dask worker'.") from None
+    for worker, found in crew.client.run(software, on_error="return").items():
+        if isinstance(found, Exception):
+            raise ClusterError(
+                f"Worker {worker} cannot load tracer ({type(found).__name__}: {found}); install the same version there."
+            )
+        require_same(found, software(), worker)
+    return crew

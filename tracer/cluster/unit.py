@@ -1,0 +1,79 @@
+"""What a worker does: draw a unit. These functions run on workers, called by Dask."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Any
+
+import drjit as dr
+import numpy as np
+from distributed import get_worker
+from numpy.typing import NDArray
+
+from tracer.cluster.setup import Setup, Work, require_same, software
+from tracer.cluster.stage import DEVICE, stage_for
+from tracer.cluster.sums import cut, pack
+
+
+def draw_unit(
+    setup: Setup,
+    work: Work,
+    before: dict[str, Any] | None,
+    skip: int,
+    first_pixel: int,
+    counts: NDArray[np.uint32],
+) -> dict[str, Any]:
+    """Draw ``counts`` (P,) samples of the pixels from ``first_pixel``, and add them to the sums there are.
+
+    ``before``: what an earlier unit returned for these pixels and others, ``skip`` pixels before them; None: there are
+    no sums yet. Returns ``sums`` (see ``pack``), ``known`` (Statistics of a grid of one row) and ``took`` (samples,
+    seconds). Raises ClusterError if this worker is not made of the same as the client.
+    """
+    worker = get_worker()
+    require_same(software(), work.made_of, worker.address)
+    place = Path(worker.local_directory), worker.state.nthreads
+    return DEVICE.submit(draw_on_device, setup, place, work, before, skip, first_pixel, counts).result()
+
+
+def draw_on_device(
+    setup: Setup,
+    place: tuple[Path, int],
+    work: Work,
+    before: dict[str, Any] | None,
+    skip: int,
+    first_pixel: int,
+    counts: NDArray[np.uint32],
+) -> dict[str, Any]:
+    """Do the work of ``draw_unit``; ``place``: folder and threads of the worker."""
+    start = time.perf_counter()
+    stage = stage_for(setup, *place)
+    opening = time.perf_counter() - start
+    drawer = stage.drawer(work.criterion)
+    drawer.largest_pass = work.largest_pass
+    with dr.suspend_grad():
+        strip = stage.strip(len(counts), drawer.kinds)
+        if before is not None:
+            kinds = [each.dtype for each in strip.state()[1:]]
+            strip.restore([strip.layout, *cut(before["sums"], kinds, skip, len(counts))])
+        passes = list(drawer.draw(strip, counts, work.seed, work.scale, first_pixel))
+        known = strip.statistics()
+        sums = pack(strip.state()[1:])
+    took = {
+        "samples": sum(one.samples for one in passes),
+        "opening": opening,
+        "drawing": sum(one.seconds_drawing for one in passes),
+        "seconds": time.perf_counter() - start,
+    }
+    return {"sums": sums, "known": known, "took": took}
+
+
+def tell(drawn: dict[str, Any]) -> tuple[Any, dict[str, float]]:
+    """Return what the client hears of a unit: statistics, and what it took."""
+    return drawn["known"], drawn["took"]
+
+
+def prepare(setup: Setup) -> None:
+    """Open the scene before the first unit needs it; what is wrong with it is found there."""
+    worker = get_worker()
+    DEVICE.submit(stage_for, setup, Path(worker.local_directory), worker.state.nthreads)
