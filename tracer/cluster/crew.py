@@ -67,7 +67,10 @@ def open_crew(cluster: Any) -> Iterator[Crew]:
 def own_cluster(workers: int) -> Iterator[Any]:
     """Run workers on this machine, which share its threads, and can be reached from it alone."""
     threads = max(1, len(os.sched_getaffinity(0)) // workers)
-    settings = {"distributed.scheduler.allowed-failures": MOST_DEATHS}
+    settings = {
+        "distributed.scheduler.allowed-failures": MOST_DEATHS,
+        "distributed.worker.profile.enabled": False,  # it takes time from a thread that has other things to do
+    }
     with (
         dask.config.set(settings),
         distributed.LocalCluster(

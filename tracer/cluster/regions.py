@@ -1,4 +1,4 @@
-"""Cut a picture into regions, and a round into units: consecutive pixels with their samples of that round."""
+"""Cut a picture into regions, a round into units of about the same time, and deal them out to workers."""
 
 from __future__ import annotations
 
@@ -11,14 +11,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-UNITS_PER_WORKER = 8
-"""Of a round, at least: so that those that are done early find more to do."""
-LEAST_SAMPLES = 1 << 17
-"""Of a unit: a thread draws them in tens of milliseconds, and to send a unit takes a few."""
-FIRST_SAMPLES = 1 << 20
-"""Most samples of a unit before it is known how fast workers are."""
-UNIT_SECONDS = 1.5
-"""Afterwards, most seconds."""
+UNITS_PER_WORKER = 6
+"""Of a round, about: so that those that are done early find more to do."""
+FIRST_SAMPLES = 1 << 17
+"""Least samples of a unit before it is known how long they take."""
+LEAST_SECONDS, MOST_SECONDS = 0.25, 1.5
+"""Of a unit: whatever else it takes, by all who have to do with it, is 0.02. More"""
+SCHEDULER_SECONDS = 4e-3
+"""for each worker, where they are many: so long the scheduler is busy with a unit."""
+MOVE_SECONDS = 2e-6
+"""A pixel, to bring its sums to another worker."""
 
 
 @dataclass(frozen=True)
@@ -31,26 +33,62 @@ class Region:
     """Future of what a unit has returned, for these pixels and perhaps others; None: they have no samples."""
     skip: int = 0
     """Pixels before these in what it has returned."""
+    pace: float | None = None
+    """Seconds a sample, when some were last drawn."""
+    worker: str | None = None
+    """Who has the sums."""
 
 
-def largest_unit(samples: int, workers: int, rate: float | None) -> int:
-    """Return the most samples of a unit in a round of ``samples``; ``rate``: of a worker, in samples a second."""
-    most = FIRST_SAMPLES if rate is None else UNIT_SECONDS * rate
-    return max(LEAST_SAMPLES, min(ceil(samples / (UNITS_PER_WORKER * max(workers, 1))), int(most)))
+def seconds_of(regions: Sequence[Region], counts: NDArray[np.uint32]) -> list[float] | None:
+    """Return how long each region is expected to take for its ``counts`` (P,); None if none has been drawn yet."""
+    known = [region.pace for region in regions if region.pace is not None]
+    if not known:
+        return None
+    typical = sum(known) / len(known)
+    return [samples_of(region, counts) * (typical if region.pace is None else region.pace) for region in regions]
 
 
-def divide(regions: Sequence[Region], counts: NDArray[np.uint32], most: int) -> list[Region]:
-    """Return the regions, each cut into parts that get about equally many of ``counts`` (P,), at most ``most`` each.
+def samples_of(region: Region, counts: NDArray[np.uint32]) -> int:
+    """Return the samples of a region."""
+    return int(counts[region.first : region.first + region.size].sum(dtype=np.int64))
 
-    A pixel is never cut, so a part may have more if one of its pixels has.
+
+def divide(regions: Sequence[Region], counts: NDArray[np.uint32], workers: int) -> list[Region]:
+    """Return the regions, those cut in parts that would take too long for their ``counts`` (P,) as one unit."""
+    seconds = seconds_of(regions, counts)
+    if seconds is None:
+        most = max(ceil(counts.sum(dtype=np.int64) / (UNITS_PER_WORKER * workers)), FIRST_SAMPLES)
+        parts = [ceil(samples_of(region, counts) / most) for region in regions]
+    else:
+        wanted = sum(seconds) / (UNITS_PER_WORKER * workers)
+        feed = SCHEDULER_SECONDS * workers
+        limit = max(min(wanted, MOST_SECONDS), LEAST_SECONDS, feed)
+        parts = [ceil(each / limit) for each in seconds]
+    return [part for region, number in zip(regions, parts, strict=True) for part in split(region, counts, number)]
+
+
+def split(region: Region, counts: NDArray[np.uint32], parts: int) -> list[Region]:
+    """Return a region in so many parts with about equally many samples, or fewer, as no pixel is cut."""
+    ends = np.cumsum(counts[region.first : region.first + region.size], dtype=np.int64)
+    shares = ends[-1] * np.arange(1, parts) // max(parts, 1)
+    borders = np.unique([0, *np.minimum(np.searchsorted(ends, shares, side="left") + 1, region.size), region.size])
+    return [
+        replace(region, first=region.first + int(begin), size=int(end - begin), skip=region.skip + int(begin))
+        for begin, end in itertools.pairwise(borders)
+    ]
+
+
+def deal(regions: Sequence[Region], seconds: Sequence[float], workers: Sequence[str]) -> list[str]:
+    """Return who is to draw each region: the longest first, each by who is done with it first (R. Graham, 1969).
+
+    To move the sums takes time, too, so most stay where they are.
     """
-    found = []
-    for region in regions:
-        ends = np.cumsum(counts[region.first : region.first + region.size], dtype=np.int64)
-        parts = max(1, ceil(int(ends[-1]) / most))
-        shares = ends[-1] * np.arange(1, parts) // parts
-        borders = np.unique([0, *np.searchsorted(ends, shares, side="left") + 1, region.size])
-        for begin, end in itertools.pairwise(borders):
-            part = replace(region, first=region.first + int(begin), size=int(end - begin))
-            found.append(replace(part, skip=region.skip + int(begin)))
-    return found
+    free = dict.fromkeys(workers, 0.0)
+    chosen = [workers[0]] * len(regions)
+    for k in sorted(range(len(regions)), key=lambda k: -seconds[k]):
+        region = regions[k]
+        move = 0.0 if region.source is None else MOVE_SECONDS * region.size
+        best = min(free, key=lambda worker: free[worker] + (0.0 if worker == region.worker else move))
+        free[best] += seconds[k] + (0.0 if best == region.worker else move)
+        chosen[k] = best
+    return chosen

@@ -6,6 +6,7 @@ import queue
 import time
 from collections.abc import Generator, Iterable
 from dataclasses import dataclass, field, replace
+from functools import partial
 from statistics import median
 from typing import Any
 
@@ -15,10 +16,10 @@ from numpy.typing import NDArray
 
 from tracer.cluster.crew import Crew
 from tracer.cluster.held import Held
-from tracer.cluster.regions import Region, divide, largest_unit
+from tracer.cluster.regions import Region, deal, divide, seconds_of
 from tracer.cluster.setup import Setup, Work, software
 from tracer.cluster.sums import Inbox, by_source, fetch, pack, write
-from tracer.cluster.unit import draw_unit, tell
+from tracer.cluster.unit import Took, draw_unit, tell
 from tracer.criteria import Criterion
 from tracer.draw import moment_counts
 from tracer.errors import ClusterError
@@ -73,8 +74,6 @@ class Spread:
         self.crew, self.client, self.setup = crew, crew.client, setup
         self.view, self.kinds = view, moment_counts(view, criterion.moments)
         self.work = Work(software(), None if criterion.moments is None else criterion.name, largest_pass, 0, 1.0)
-        self.rate: float | None = None
-        """Samples a second of a worker."""
         self.traffic = Traffic()
         self.inbox: Inbox = queue.SimpleQueue()
         self.unreachable_since: float | None = None
@@ -88,88 +87,121 @@ class Spread:
         estimate.work = replace(self.work, seed=seed, scale=scale)
         flat = counts.ravel()
         goal = estimate.drawn().ravel() + flat
-        most = largest_unit(int(flat.sum()), len(self.crew.workers()), self.rate)
-        estimate.regions = divide(estimate.regions, flat, most)
+        estimate.regions = divide(estimate.regions, flat, len(self.workers()))
         units = []
         for region in estimate.regions:
             pixels = slice(region.first, region.first + region.size)
             if flat[pixels].any():
                 units.append(Unit(region, flat[pixels], goal[pixels]))
-        units.sort(key=lambda unit: -int(unit.counts.sum()))
         yield from self.carry_out(estimate, units)
 
     def carry_out(self, estimate: Held, units: list[Unit]) -> Generator[Pass, None, None]:
         """Have units drawn, and tell of them as they are done."""
         waiting = {unit.region.first: unit for unit in units}
+        workers = self.workers()
         spent: list[float] = []
         try:
-            for unit in units:
-                self.send(unit, estimate, anew=False)
+            self.deal_out(estimate, units, workers)
             while waiting:
-                one = self.hear()
-                if one is None:
+                heard = self.hear()
+                if not heard:
                     self.send_again(estimate, list(waiting.values()), spent)
                     yield Pass(0)
-                    continue
-                unit, whole, outcome = one
-                if unit.region.first not in waiting or waiting[unit.region.first] is not unit:
-                    continue
-                if isinstance(outcome, BaseException):
-                    self.failed(unit, estimate, outcome)
-                    continue
-                del waiting[unit.region.first]
-                known, took = outcome
-                self.settle(estimate, unit, whole, known)
-                spent.append(time.monotonic() - unit.sent)
-                yield self.passed(took, known)
+                for unit, whole, outcome in heard:
+                    if waiting.get(unit.region.first) is not unit:
+                        continue  # another worker was faster
+                    if isinstance(outcome, BaseException):
+                        self.failed(unit, estimate, outcome)
+                        continue
+                    del waiting[unit.region.first]
+                    known, took = outcome
+                    self.settle(estimate, unit, whole, known, took)
+                    spent.append(took["seconds"])
+                    drawing, seconds = took["drawing"] / len(workers), took["seconds"] / len(workers)
+                    yield Pass(took["samples"], drawing, seconds - drawing)
         finally:
-            for unit in waiting.values():
-                self.client.cancel([future for pair in unit.futures for future in pair])
+            self.client.cancel([future for unit in waiting.values() for pair in unit.futures for future in pair])
 
-    def send(self, unit: Unit, estimate: Held, anew: bool, workers: list[str] | None = None) -> None:
-        """Ask for a unit; ``anew``: with all samples of its pixels, from the first, so that nothing else is needed."""
-        region = unit.region
-        before, skip = (None, 0) if anew else (region.source, region.skip)
-        counts = unit.goal if anew else unit.counts
-        place = (before, skip, region.first, counts)
-        where = {} if workers is None else {"workers": workers, "allow_other_workers": True}
-        whole = self.client.submit(draw_unit, self.setup, estimate.work, *place, pure=False, **where)
-        told = self.client.submit(tell, whole, pure=False, **where)
-        unit.futures.append((whole, told))
-        unit.sent = unit.sent or time.monotonic()
-        self.traffic.units += 1
-        self.traffic.bytes_sent += counts.nbytes
-        fetch(told, (unit, whole), self.inbox)
+    def deal_out(self, estimate: Held, units: list[Unit], workers: list[str]) -> None:
+        """Ask workers for units, the longest first."""
+        regions = [unit.region for unit in units]
+        if all(region.pace is None for region in regions):
+            self.send(estimate, units)
+            return
+        counts = np.zeros(self.view.pixel_count, np.uint32)
+        for unit in units:
+            counts[unit.region.first : unit.region.first + unit.region.size] = unit.counts
+        seconds = seconds_of(regions, counts)
+        assert seconds is not None
+        by = deal(regions, seconds, workers)
+        for worker in workers:
+            own = [k for k in range(len(units)) if by[k] == worker]
+            if own:
+                own.sort(key=lambda k: -seconds[k])
+                self.send(estimate, [units[k] for k in own], worker=worker)
 
-    def hear(self) -> tuple[Unit, Any, Any] | None:
-        """Return a unit, what it was drawn by and what was told of it, or what went wrong; None if nothing came."""
+    def send(self, estimate: Held, units: list[Unit], anew: bool = False, worker: str | None = None) -> None:
+        """Ask for units; ``anew``: with all samples of their pixels, so that no sums are needed."""
+        pieces = [
+            (None if anew else one.region.source, one.region.skip, one.region.first, one.goal if anew else one.counts)
+            for one in units
+        ]
+        where = {} if worker is None else {"workers": [worker], "allow_other_workers": True}
+        alike = {"setup": self.setup, "work": estimate.work}
+        drawn = self.client.map(draw_unit, *zip(*pieces, strict=True), **alike, pure=False, **where)
+        told = self.client.map(tell, drawn, pure=False, **where)
+        for unit, one, other in zip(units, drawn, told, strict=True):
+            unit.futures.append((one, other))
+            unit.sent = unit.sent or time.monotonic()
+            other.add_done_callback(partial(self.put, (unit, one)))
+        self.traffic.units += len(units)
+        self.traffic.bytes_sent += sum(counts.nbytes for *_, counts in pieces)
+
+    def put(self, label: Any, future: Any) -> None:
+        """Hear that a future is done."""
+        self.inbox.put((label, future))
+
+    def hear(self) -> list[tuple[Unit, Any, Any]]:
+        """Return units, what they were drawn by and what was told of them, or what went wrong; none after a while."""
         self.require_scheduler()
         try:
-            (unit, whole), outcome = self.inbox.get(timeout=TICK)
+            done = [self.inbox.get(timeout=TICK)]
         except queue.Empty:
-            return None
-        return unit, whole, outcome
+            return []
+        while not self.inbox.empty():
+            done.append(self.inbox.get())
+        good = [future for _, future in done if future.status == "finished"]
+        found = dict(zip(good, self.fetch(good), strict=True))
+        for known, _ in found.values():
+            self.traffic.bytes_received += sum(values.nbytes for values in vars(known).values())
+        return [(*label, found[future] if future in found else failure_of(future)) for label, future in done]
 
-    def passed(self, took: dict[str, float], known: Any) -> Pass:
-        """Return what the loop is told of a unit."""
-        samples, workers = int(took["samples"]), max(len(self.crew.workers()), 1)
-        self.rate = samples / max(took["seconds"] - took["opening"], 1e-6)
-        self.traffic.bytes_received += sum(values.nbytes for values in vars(known).values())
-        return Pass(samples, took["drawing"] / workers, (took["seconds"] - took["drawing"]) / workers)
+    def fetch(self, futures: list[Any]) -> list[Any]:
+        """Return the results of futures that are done. Raises ClusterError."""
+        return self.client.gather(futures, direct=True)
 
-    def settle(self, estimate: Held, unit: Unit, whole: Any, known: Any) -> None:
+    def workers(self) -> list[str]:
+        """Return the addresses of the workers there are. Raises ClusterError."""
+        self.require_scheduler()
+        found = list(self.crew.workers())
+        if not found:
+            raise ClusterError(f"The scheduler {self.crew.address} has no workers any more.")
+        return found
+
+    def settle(self, estimate: Held, unit: Unit, whole: Any, known: Any, took: Took) -> None:
         """Take in a unit that is done, and forget who else was asked for it."""
         others = [future for pair in unit.futures if pair[0] is not whole for future in pair]
         self.client.cancel(others)
         unit.futures.clear()
         place = next(k for k, region in enumerate(estimate.regions) if region.first == unit.region.first)
-        estimate.regions[place] = Region(unit.region.first, unit.region.size, whole)
+        pace = (took["seconds"] - took["opening"]) / max(took["samples"], 1)
+        estimate.regions[place] = Region(unit.region.first, unit.region.size, whole, 0, pace, took["worker"])
         estimate.learn(unit.region, known)
 
     def failed(self, unit: Unit, estimate: Held, error: BaseException) -> None:
         """Ask again for a unit whose sums so far are lost; raise any other error."""
         if isinstance(error, CancelledError) and self.client.status == "running":
-            self.send(unit, estimate, anew=True)
+            self.send(estimate, [unit], anew=True)
             return
         raise explained(error, self.crew.address) from None
 
@@ -183,7 +215,7 @@ class Spread:
         idle = [worker for worker, tasks in self.client.processing().items() if not tasks]
         for unit, worker in zip(late, idle, strict=False):
             self.traffic.again += 1
-            self.send(unit, estimate, anew=True, workers=[worker])
+            self.send(estimate, [unit], anew=True, worker=worker)
 
     def require_scheduler(self) -> None:
         """Raise ClusterError if the scheduler cannot be reached any more."""
@@ -234,7 +266,7 @@ class Spread:
     def scatter(self, estimate: Held, whole: Estimate) -> list[Region]:
         """Take sums to workers; return where they are."""
         arrays = whole.state()[1:]
-        size = -(-self.view.pixel_count // max(len(self.crew.workers()), 1))
+        size = -(-self.view.pixel_count // len(self.workers()))
         found = []
         for first in range(0, self.view.pixel_count, size):
             pieces = [each[first : first + size] for each in arrays]
@@ -250,6 +282,11 @@ def anew(estimate: Held, region: Region) -> Unit:
     """Return a unit that draws all samples of a region once more."""
     goal = estimate.drawn().ravel()[region.first : region.first + region.size]
     return Unit(replace(region, source=None, skip=0), goal, goal)
+
+
+def failure_of(future: Any) -> BaseException:
+    """Return why a future has no result."""
+    return future.exception() if future.status == "error" else CancelledError(str(future.key))
 
 
 def explained(error: BaseException, address: str) -> BaseException:

@@ -28,7 +28,7 @@ def cut(sums: Buffer, kinds: Sequence[np.dtype], skip: int, size: int) -> list[N
     found, at = [], 0
     for kind in kinds:
         piece = sums[at + skip * kind.itemsize : at + (skip + size) * kind.itemsize]
-        found.append(np.frombuffer(piece.tobytes(), kind))  # aligned
+        found.append(piece.view(kind))
         at += pixels * kind.itemsize
     return found
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 import drjit as dr
 import numpy as np
@@ -16,13 +16,26 @@ from tracer.cluster.stage import DEVICE, stage_for
 from tracer.cluster.sums import cut, pack
 
 
+class Took(TypedDict):
+    """What a unit took."""
+
+    samples: int
+    opening: float
+    """Seconds for a scene that was not open yet."""
+    drawing: float
+    seconds: float
+    """In all."""
+    worker: str
+
+
 def draw_unit(
-    setup: Setup,
-    work: Work,
     before: dict[str, Any] | None,
     skip: int,
     first_pixel: int,
     counts: NDArray[np.uint32],
+    *,
+    setup: Setup,
+    work: Work,
 ) -> dict[str, Any]:
     """Draw ``counts`` (P,) samples of the pixels from ``first_pixel``, and add them to the sums there are.
 
@@ -33,10 +46,11 @@ def draw_unit(
     worker = get_worker()
     require_same(software(), work.made_of, worker.address)
     place = Path(worker.local_directory), worker.state.nthreads
-    return DEVICE.submit(draw_on_device, setup, place, work, before, skip, first_pixel, counts).result()
+    return DEVICE.submit(draw_on_device, worker.address, setup, place, work, before, skip, first_pixel, counts).result()
 
 
 def draw_on_device(
+    address: str,
     setup: Setup,
     place: tuple[Path, int],
     work: Work,
@@ -59,16 +73,17 @@ def draw_on_device(
         passes = list(drawer.draw(strip, counts, work.seed, work.scale, first_pixel))
         known = strip.statistics()
         sums = pack(strip.state()[1:])
-    took = {
-        "samples": sum(one.samples for one in passes),
-        "opening": opening,
-        "drawing": sum(one.seconds_drawing for one in passes),
-        "seconds": time.perf_counter() - start,
-    }
+    took = Took(
+        samples=sum(one.samples for one in passes),
+        opening=opening,
+        drawing=sum(one.seconds_drawing for one in passes),
+        seconds=time.perf_counter() - start,
+        worker=address,
+    )
     return {"sums": sums, "known": known, "took": took}
 
 
-def tell(drawn: dict[str, Any]) -> tuple[Any, dict[str, float]]:
+def tell(drawn: dict[str, Any]) -> tuple[Any, Took]:
     """Return what the client hears of a unit: statistics, and what it took."""
     return drawn["known"], drawn["took"]
 
