@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-UNITS_PER_WORKER = 6
+UNITS_PER_WORKER = 5
 """Of a round, about: so that those that are done early find more to do."""
-FIRST_SAMPLES = 1 << 17
+FIRST_SAMPLES = 1 << 18
 """Least samples of a unit before it is known how long they take."""
-LEAST_SECONDS, MOST_SECONDS = 0.25, 1.5
+LEAST_SECONDS, MOST_SECONDS = 0.4, 1.5
 """Of a unit: whatever else it takes, by all who have to do with it, is 0.02. More"""
 SCHEDULER_SECONDS = 4e-3
 """for each worker, where they are many: so long the scheduler is busy with a unit."""
-MOVE_SECONDS = 2e-6
+MOVE_SECONDS = 5e-6
 """A pixel, to bring its sums to another worker."""
 
 

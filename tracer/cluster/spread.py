@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import queue
+import threading
 import time
 from collections.abc import Generator, Iterable
 from dataclasses import dataclass, field, replace
@@ -18,7 +19,7 @@ from tracer.cluster.crew import Crew
 from tracer.cluster.held import Held
 from tracer.cluster.regions import Region, deal, divide, seconds_of
 from tracer.cluster.setup import Setup, Work, software
-from tracer.cluster.sums import Inbox, by_source, fetch, pack, write
+from tracer.cluster.sums import Sums, by_source, pack, write
 from tracer.cluster.unit import Took, draw_unit, tell
 from tracer.criteria import Criterion
 from tracer.draw import moment_counts
@@ -34,10 +35,14 @@ LATE = 3.0
 LATE_SECONDS = 4.0
 GONE_SECONDS = 10.0
 """A scheduler that cannot be reached for so long is gone."""
+GATHER_SECONDS = 0.02
+"""Those that are done within so long of each other are heard together, which takes less."""
 AT_ONCE = 16
 """Sums that are fetched at a time, each of megabytes."""
 HANG_SECONDS = 10.0
 """Nothing comes for so long: whoever has it hangs."""
+
+Inbox = queue.SimpleQueue[tuple[Any, Any]]
 
 
 @dataclass
@@ -168,6 +173,7 @@ class Spread:
             done = [self.inbox.get(timeout=TICK)]
         except queue.Empty:
             return []
+        time.sleep(GATHER_SECONDS)
         while not self.inbox.empty():
             done.append(self.inbox.get())
         good = [future for _, future in done if future.status == "finished"]
@@ -258,9 +264,10 @@ class Spread:
             waiting.remove(found)
             if isinstance(outcome, BaseException):
                 raise explained(outcome, self.crew.address) from None
-            self.traffic.bytes_received += outcome["sums"].nbytes
+            buffer = outcome["sums"].packed()
+            self.traffic.bytes_received += buffer.nbytes
             for region in found:
-                write(outcome["sums"], region, arrays)
+                write(buffer, region, arrays)
         return []
 
     def scatter(self, estimate: Held, whole: Estimate) -> list[Region]:
@@ -270,7 +277,7 @@ class Spread:
         found = []
         for first in range(0, self.view.pixel_count, size):
             pieces = [each[first : first + size] for each in arrays]
-            future = self.client.scatter({"sums": pack(pieces)}, hash=False)
+            future = self.client.scatter({"sums": Sums(None, pack(pieces))}, hash=False)
             found.append(Region(first, len(pieces[0]), future))
         return found
 
@@ -282,6 +289,21 @@ def anew(estimate: Held, region: Region) -> Unit:
     """Return a unit that draws all samples of a region once more."""
     goal = estimate.drawn().ravel()[region.first : region.first + region.size]
     return Unit(replace(region, source=None, skip=0), goal, goal)
+
+
+def fetch(future: Any, label: Any, inbox: Inbox) -> None:
+    """Put label and result of a future, or what went wrong, into ``inbox`` once it is there.
+
+    In a thread of its own, as the worker that has it may hang.
+    """
+
+    def get() -> None:
+        try:
+            inbox.put((label, future.result()))
+        except BaseException as error:
+            inbox.put((label, error))
+
+    threading.Thread(target=get, daemon=True).start()
 
 
 def failure_of(future: Any) -> BaseException:

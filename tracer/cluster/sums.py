@@ -1,20 +1,59 @@
-"""Sums on their way: many arrays of one number a pixel, in one piece, from and to workers."""
+"""The sums of consecutive pixels: on the device of a worker, or in one piece on their way."""
 
 from __future__ import annotations
 
-import queue
-import threading
+from collections import deque
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from dask.sizeof import sizeof
 from numpy.typing import NDArray
 
 from tracer.cluster.regions import Region
+from tracer.estimate import Estimate
 
 Buffer = NDArray[np.uint8]
-"""The sums of consecutive pixels, array after array."""
-Inbox = queue.SimpleQueue[tuple[Any, Any]]
+"""Sums, array after array."""
+TRASH: deque[Any] = deque()
+"""Device arrays that nobody wants any more; whoever frees them waits for the device, so that is left to its thread."""
+
+
+class Sums:
+    """What a unit leaves to the next one: used as it is by the worker that made it, packed for any other process."""
+
+    def __init__(self, strip: Estimate | None, buffer: Buffer | None = None) -> None:
+        """``strip`` must be evaluated. Its arrays are asked for now: another thread, that sends them, would have to wait
+        for what the device draws meanwhile.
+        """
+        self.strip, self.buffer = strip, buffer
+        self.arrays = strip.state()[1:] if strip is not None else []
+
+    def packed(self) -> Buffer:
+        """Return the sums in one piece."""
+        return pack(self.arrays) if self.buffer is None else self.buffer
+
+    def __del__(self) -> None:
+        if self.strip is not None:
+            TRASH.append((self.strip, self.arrays))
+
+    def fill(self, strip: Estimate, skip: int) -> None:
+        """Give ``strip`` the sums of its pixels, which come after ``skip`` others."""
+        if self.strip is not None and skip == 0 and self.strip.view.pixel_count == strip.view.pixel_count:
+            for band, own in zip(strip.bands, self.strip.bands, strict=True):
+                band.sums = own.sums  # adding to it makes new ones
+            return
+        kinds = [each.dtype for each in strip.state()[1:]]
+        strip.restore([strip.layout, *cut(self.packed(), kinds, skip, strip.view.pixel_count)])
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Sums, (None, self.packed())
+
+
+@sizeof.register(Sums)
+def bytes_of(sums: Sums) -> int:
+    """Return how much memory sums take, which Dask goes by when it chooses who works with them."""
+    return sum(each.nbytes for each in sums.arrays) if sums.buffer is None else sums.buffer.nbytes
 
 
 def pack(arrays: Sequence[NDArray]) -> Buffer:
@@ -47,18 +86,3 @@ def by_source(regions: Sequence[Region]) -> list[list[Region]]:
         if region.source is not None:
             found.setdefault(id(region.source), []).append(region)
     return list(found.values())
-
-
-def fetch(future: Any, label: Any, inbox: Inbox) -> None:
-    """Put label and result of a future, or what went wrong, into ``inbox`` once it is there.
-
-    In a thread of its own, as the worker that has it may hang.
-    """
-
-    def get() -> None:
-        try:
-            inbox.put((label, future.result()))
-        except BaseException as error:
-            inbox.put((label, error))
-
-    threading.Thread(target=get, daemon=True).start()

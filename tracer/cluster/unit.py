@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from tracer.cluster.setup import Setup, Work, require_same, software
 from tracer.cluster.stage import DEVICE, stage_for
-from tracer.cluster.sums import cut, pack
+from tracer.cluster.sums import TRASH, Sums
+from tracer.memory import SMALLEST_PASS
 
 
 class Took(TypedDict):
@@ -40,7 +41,7 @@ def draw_unit(
     """Draw ``counts`` (P,) samples of the pixels from ``first_pixel``, and add them to the sums there are.
 
     ``before``: what an earlier unit returned for these pixels and others, ``skip`` pixels before them; None: there are
-    no sums yet. Returns ``sums`` (see ``pack``), ``known`` (Statistics of a grid of one row) and ``took`` (samples,
+    no sums yet. Returns ``sums`` (Sums), ``known`` (Statistics of a grid of one row) and ``took`` (samples,
     seconds). Raises ClusterError if this worker is not made of the same as the client.
     """
     worker = get_worker()
@@ -61,6 +62,7 @@ def draw_on_device(
 ) -> dict[str, Any]:
     """Do the work of ``draw_unit``; ``place``: folder and threads of the worker."""
     start = time.perf_counter()
+    TRASH.clear()
     stage = stage_for(setup, *place)
     opening = time.perf_counter() - start
     drawer = stage.drawer(work.criterion)
@@ -68,11 +70,10 @@ def draw_on_device(
     with dr.suspend_grad():
         strip = stage.strip(len(counts), drawer.kinds)
         if before is not None:
-            kinds = [each.dtype for each in strip.state()[1:]]
-            strip.restore([strip.layout, *cut(before["sums"], kinds, skip, len(counts))])
+            before["sums"].fill(strip, skip)
         passes = list(drawer.draw(strip, counts, work.seed, work.scale, first_pixel))
         known = strip.statistics()
-        sums = pack(strip.state()[1:])
+        dr.sync_thread()
     took = Took(
         samples=sum(one.samples for one in passes),
         opening=opening,
@@ -80,7 +81,7 @@ def draw_on_device(
         seconds=time.perf_counter() - start,
         worker=address,
     )
-    return {"sums": sums, "known": known, "took": took}
+    return {"sums": Sums(strip), "known": known, "took": took}
 
 
 def tell(drawn: dict[str, Any]) -> tuple[Any, Took]:
@@ -89,6 +90,14 @@ def tell(drawn: dict[str, Any]) -> tuple[Any, Took]:
 
 
 def prepare(setup: Setup) -> None:
-    """Open the scene before the first unit needs it; what is wrong with it is found there."""
+    """Open the scene, and compile what units need, before the first does; what is wrong is found by that one."""
     worker = get_worker()
-    DEVICE.submit(stage_for, setup, Path(worker.local_directory), worker.state.nthreads)
+    place = Path(worker.local_directory), worker.state.nthreads
+    work = Work(software(), None, SMALLEST_PASS, 0, 1.0)
+    few = np.ones(1, np.uint32)
+
+    def compile_all() -> None:
+        drawn = draw_on_device(worker.address, setup, place, work, None, 0, 0, few)
+        draw_on_device(worker.address, setup, place, work, drawn, 0, 0, few)
+
+    DEVICE.submit(compile_all)
