@@ -139,8 +139,8 @@ class Keeper:
         """``resume``: go on from the file if there is one; ``every``: seconds between two writes."""
         self.path, self.scene_hash, self.resume, self.every = path, scene_hash, resume, every
         self.complaints: list[str] = []
-        self.resumed_from = 0
-        """Samples that were there at the start."""
+        self.resumed_from = self.kept = 0
+        """Samples that were there at the start, and that the file has."""
         self.written = time.monotonic()
         self.took = 0.0
         self.writes = 0
@@ -169,14 +169,20 @@ class Keeper:
             beginning.unpack(kept.arrays, kept.plain, empty)
         except (ValueError, KeyError, TypeError, AttributeError, OverflowError):
             raise CheckpointError(f"'{self.path}' is a damaged checkpoint; remove it to begin anew.") from None
-        self.resumed_from = beginning.done
+        self.resumed_from = self.kept = beginning.done
         return beginning
 
-    def save_if_due(self, state: State) -> None:
+    def save_if_due(self, state: State, at_once: bool = False) -> None:
         """Write the file if it is time. That it cannot be written is kept as a complaint: the render goes on."""
         pause = max(self.every, self.took / LONGEST_SHARE)
-        if time.monotonic() - self.written >= pause:
+        if at_once or time.monotonic() - self.written >= pause:
             self.save(state)
+
+    def in_words(self, total: int) -> str:
+        """Return a sentence about what the file has of ``total`` samples."""
+        if self.kept == 0:
+            return f"There is no checkpoint '{self.path}' yet."
+        return f"The checkpoint '{self.path}' has {100 * self.kept / total:.1f} % of the samples; go on with --resume."
 
     def save(self, state: State) -> None:
         """Write the file."""
@@ -196,6 +202,7 @@ class Keeper:
                 )
             )
             self.complaints.clear()
+            self.kept = state.done
         except OutputError as error:
             self.complaints[:] = [f"{error} The last checkpoint that could be written is still there."]
         self.written = time.monotonic()

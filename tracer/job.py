@@ -52,6 +52,10 @@ class Job(BaseModel):
     """host:port of a tev viewer that shows it."""
     memory: float | None = Field(None, gt=0)
     """Most memory to use, in GiB."""
+    workers: int | None = Field(None, ge=1, le=1024)
+    """Processes on this machine that draw."""
+    scheduler: str | None = None
+    """Address of a Dask scheduler whose workers draw."""
     settings: dict[str, Any] = Field(default_factory=dict)
     """Of ``tracer.settings.Settings``, those that are given."""
 

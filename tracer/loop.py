@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,6 +18,7 @@ from tracer import criteria, memory, objective, pilot
 from tracer.checkpoint import Keeper
 from tracer.decide import Decision, Situation, decide, share_out
 from tracer.denoise import load as load_denoiser
+from tracer.errors import ClusterError
 from tracer.estimate import Estimate, Statistics
 from tracer.finish import see, without_noise
 from tracer.halt import Clock, next_goal
@@ -127,6 +128,22 @@ class Rendering:
 
     def run(self) -> Result:
         """Run all rounds, or those that are missing, and develop the picture."""
+        try:
+            self.run_rounds()
+            return self.develop()
+        except ClusterError as error:
+            raise type(error)(f"{error} {self.what_is_kept()}") from None
+
+    def what_is_kept(self) -> str:
+        """Keep what there is, if that can be, after workers have failed; return a sentence about it."""
+        if self.keeper is None:
+            return "Nothing is kept: name a checkpoint to go on from."
+        with suppress(ClusterError):
+            self.keeper.save(self.state)
+        return self.keeper.in_words(self.total)
+
+    def run_rounds(self) -> None:
+        """Run all rounds, or those that are missing."""
         growth = PRIORITY_GROWTH if self.criterion.spends == "priority" else GROWTH
         goals = round_goals(self.settings, self.criterion.needs_radiance, self.view.pixel_count, growth)
         if self.criterion.needs_radiance and len(goals) == 1:
@@ -145,7 +162,6 @@ class Rendering:
                 break
             self.begin_round(goal, last=goal == goals[-1])
             self.draw_round()
-        return self.develop()
 
     def begin_round(self, goal: int, last: bool) -> None:
         """Decide who gets the samples of a round that ends with ``goal`` of them in all."""
@@ -252,7 +268,8 @@ class Rendering:
         if self.settings.time is not None and len(state.rounds) == 1:
             self.rehearse()
         if self.keeper is not None:
-            self.keeper.save_if_due(state)
+            elsewhere = self.terms.drawer is not None  # sums that can be lost without this process
+            self.keeper.save_if_due(state, at_once=elsewhere and self.keeper.writes == 0)
 
     def rehearse(self) -> None:
         """Develop the picture twice: that compiles what it needs, and then tells how much time to keep for the end."""

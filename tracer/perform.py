@@ -5,13 +5,14 @@ from __future__ import annotations
 import itertools
 import time
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from typing import Any
 
 from tracer import backend, checkpoint, files, live, memory
 from tracer.checkpoint import Keeper
 from tracer.errors import SceneError, SettingsError
 from tracer.job import Job, Shot, check_frames, check_outputs, shots_of
-from tracer.loop import Terms, render_view
+from tracer.loop import DrawerFor, Terms, render_view
 from tracer.metadata import metadata
 from tracer.progress import ProgressCallback
 from tracer.result import Result, display
@@ -19,6 +20,8 @@ from tracer.scene import open_scene, pick_sensor
 from tracer.settings import check_settings, make_settings
 from tracer.source import describe, fingerprint, load
 
+Hire = Callable[..., DrawerFor]
+"""See ``tracer.cluster.hire``."""
 Tell = Callable[[str], None]
 """Shows a sentence to a person."""
 
@@ -34,9 +37,28 @@ def perform(
     check_settings(**job.settings)
     if job.resume and job.checkpoint is None:
         raise SettingsError("There is nothing to resume from: name the checkpoint with --checkpoint.")
+    if job.workers is not None and job.scheduler is not None:
+        raise SettingsError("Name workers or a scheduler, not both.")
     check_frames(job)
     check_outputs(list(shots_of(job, 1)), job)
     backend.activate(job.variant)
+    with ExitStack() as stack:
+        yield from pictures(job, hired(job, stack), progress, started, tell)
+
+
+def hired(job: Job, stack: ExitStack) -> Hire | None:
+    """Return how workers are found that draw until ``stack`` closes; None if this process draws."""
+    if job.workers is None and job.scheduler is None:
+        return None
+    from tracer.cluster.hire import hire
+
+    return stack.enter_context(hire(job.workers or job.scheduler))
+
+
+def pictures(
+    job: Job, hire: Hire | None, progress: ProgressCallback | None, started: float | None, tell: Tell
+) -> Iterator[tuple[Shot, Result]]:
+    """Yield picture after picture."""
     for (path, _), several in itertools.groupby(shots_of(job, 1), lambda shot: (shot.scene, shot.define)):
         define = next(several).define
         scene_hash = fingerprint(path, define)  # of what is rendered, even if the file is edited meanwhile
@@ -48,7 +70,7 @@ def perform(
         for shot in shots:
             pick_sensor(scene, shot.sensor, path)
         for shot in shots:
-            result = picture(scene, scene_hash, shot, job, progress, started, tell)
+            result = picture(scene, scene_hash, shot, job, hire, progress, started, tell)
             started = None
             yield shot, result
             if not result.report.complete:
@@ -60,6 +82,7 @@ def picture(
     scene_hash: str,
     shot: Shot,
     job: Job,
+    hire: Hire | None,
     progress: ProgressCallback | None,
     started: float | None,
     tell: Tell,
@@ -74,12 +97,17 @@ def picture(
     if shot.live is not None or job.tev is not None:
         shown = live.tev(shot.output.name, job.tev) if job.tev is not None else None
         progress = live.together(progress, live.png(shot.live) if shot.live is not None else None, shown)
+    drawer = None
+    if hire is not None:
+        seen = {"integrator": job.integrator, "size": job.size, "crop": job.crop}
+        drawer = hire(shot.scene, scene_hash, shot.define, shot.sensor, **seen)
     with open_scene(scene, shot.sensor, job.integrator, job.size, job.crop) as view:
         settings = make_settings(**{**view.settings, **job.settings})
         needed = memory.need(view, settings, job.features, job.denoise, keeps=keeper is not None)
         if needed.total(size := memory.largest_pass(needed, job.memory)) > memory.LARGE:
             tell(memory.in_words(needed, size))
-        result = render_view(view, settings, Terms(progress, keeper, started, job.memory, job.features, job.denoise))
+        terms = Terms(progress, keeper, started, job.memory, job.features, job.denoise, drawer)
+        result = render_view(view, settings, terms)
     if shot.live is not None:
         files.write_png(shot.live, display(result.image))
     own = job.model_dump(mode="json", exclude={"settings", "overwrite", "resume"}, exclude_none=True)

@@ -13,6 +13,7 @@ class Panel:
 
     STOP = "When to stop, and how to go on"
     WHERE = "Where the samples go"
+    WHO = "Who draws them"
 
 
 def criteria_names() -> list[str]:

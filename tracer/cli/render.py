@@ -98,6 +98,13 @@ def render(
         ),
     ] = None,
     memory: Annotated[float | None, typer.Option(help="Most memory to use, in GiB.")] = None,
+    workers: Annotated[
+        int | None, typer.Option(help="Processes on this machine that draw.", rich_help_panel=Panel.WHO)
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(help="Address of a Dask scheduler whose workers draw.", rich_help_panel=Panel.WHO),
+    ] = None,
     live: Annotated[Path | None, typer.Option(help="PNG that shows the picture while it renders.")] = None,
     tev: Annotated[str | None, typer.Option(help="host:port of a tev viewer that shows it, too.")] = None,
     features: Annotated[

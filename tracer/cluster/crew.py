@@ -20,8 +20,10 @@ except ImportError:
 from tracer.cluster.setup import Setup, require_same, software
 from tracer.cluster.unit import prepare
 
-LONGEST_WAIT = 60.0
+LONGEST_WAIT = 20.0
 """Seconds to wait for a scheduler, or for its first worker."""
+SILENT_SECONDS = 10.0
+"""Workers say every 0.5 to 5 seconds that they are there; one that has not for so long hangs."""
 MOST_DEATHS = 5
 """Workers that may die over one unit before it is taken to be what kills them; of a cluster of our own."""
 
@@ -39,6 +41,13 @@ class Crew:
         """Return the threads of each worker, by its address."""
         return dict(self.client.nthreads())
 
+    def silent(self) -> set[str]:
+        """Return the workers that the scheduler has not heard of while it heard of others."""
+        workers = self.client.scheduler_info(n_workers=-1).get("workers", {})
+        seen = {name: each["last_seen"] for name, each in workers.items()}
+        last = max(seen.values(), default=0.0)
+        return {name for name, when in seen.items() if last - when > SILENT_SECONDS}
+
     def begin(self, setup: Setup) -> None:
         """Let all workers open a scene while the client does so itself."""
         self.client.run(prepare, setup, wait=False, on_error="ignore")
@@ -50,7 +59,9 @@ def open_crew(cluster: Any) -> Iterator[Crew]:
 
     Raises ClusterError if there are none, or if they are not made of the same as this process.
     """
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what a person must know is an error of ours
+    for name in logging.root.manager.loggerDict:
+        if name.startswith("distributed"):
+            logging.getLogger(name).setLevel(logging.CRITICAL)  # what a person must know is an error of ours
     if isinstance(cluster, distributed.Client):
         yield checked(Crew(cluster, str(cluster.scheduler.address)))
     elif isinstance(cluster, str):
@@ -78,7 +89,8 @@ def own_cluster(workers: int) -> Iterator[Any]:
             threads_per_worker=threads,
             processes=True,
             host="127.0.0.1",
-            dashboard_address=None,
+            dashboard_address="127.0.0.1:0",
+            worker_dashboard_address="127.0.0.1:0",
             memory_limit=0,  # else workers pause when they hold much, and nothing says so
             silence_logs=logging.CRITICAL,
         ) as cluster,

@@ -14,7 +14,7 @@ from tracer.estimate import Estimate, Statistics
 from tracer.frame import Frame
 
 Gather = Callable[["Held"], Estimate]
-Scatter = Callable[["Held", Estimate], list[Region]]
+Scatter = Callable[[Estimate], list[Region]]
 
 
 class Held(Estimate):
@@ -45,7 +45,7 @@ class Held(Estimate):
 
     def samples(self) -> NDArray[np.uint32]:
         """See ``Estimate``."""
-        return self.known.count[self.view.inner]
+        return self.known.count[self.view.inner].copy()
 
     def drawn(self) -> NDArray[np.uint32]:
         """See ``Estimate``."""
@@ -70,7 +70,7 @@ class Held(Estimate):
         whole = Estimate(self.view, self.moments, self.peaks)
         whole.restore(state)
         self.known = whole.statistics()
-        self.regions = self.scatter(self, whole)
+        self.regions = self.scatter(whole)
         self.whole_here = whole
 
 

@@ -23,8 +23,8 @@ class Sums:
     """What a unit leaves to the next one: used as it is by the worker that made it, packed for any other process."""
 
     def __init__(self, strip: Estimate | None, buffer: Buffer | None = None) -> None:
-        """``strip`` must be evaluated. Its arrays are asked for now: another thread, that sends them, would have to wait
-        for what the device draws meanwhile.
+        """``strip`` must be evaluated. Its arrays are asked for now: another thread, that sends them, would have to
+        wait for what the device draws meanwhile.
         """
         self.strip, self.buffer = strip, buffer
         self.arrays = strip.state()[1:] if strip is not None else []

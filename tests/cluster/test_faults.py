@@ -1,0 +1,166 @@
+"""Workers die, come late, hang or are of another version; schedulers go away."""
+
+import importlib.metadata
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tracer
+from tracer import scenes
+from tracer.cluster import crew, post, regions, setup, spread
+from tracer.cluster.crew import connected, own_cluster
+from tracer.errors import ClusterError
+
+SCENE = Path(scenes.__file__).parent / "spheres_and_rods.xml"
+SETTINGS = {"size": 128, "spp": 64}
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture
+def alone():
+    return tracer.render(SCENE, **SETTINGS)
+
+
+@pytest.fixture(autouse=True)
+def small_units(monkeypatch):
+    monkeypatch.setattr(regions, "LEAST_SECONDS", 0.05)
+    monkeypatch.setattr(regions, "MOST_SECONDS", 0.1)
+    monkeypatch.setattr(regions, "FIRST_SAMPLES", 1 << 14)
+
+
+def same(one, other):
+    for name in ("image", "samples", "stderr", "importance"):
+        assert np.array_equal(getattr(one, name), getattr(other, name)), name
+
+
+def once(part, action):
+    """Return a progress callback that does something when so much is done."""
+    done = []
+
+    def progress(now):
+        if now.done > part * now.total and not done:
+            done.append(now.done)
+            action()
+
+    return progress
+
+
+@pytest.mark.parametrize("part", [0.05, 0.3, 0.6, 0.9])
+def test_a_worker_that_is_killed_changes_nothing(alone, part):
+    with own_cluster(2) as cluster, connected(cluster) as client:
+        victim = next(iter(client.run(os.getpid).values()))
+        found = tracer.render(SCENE, cluster=client, progress=once(part, lambda: os.kill(victim, 9)), **SETTINGS)
+        same(found, alone)
+        assert victim not in client.run(os.getpid).values()
+
+
+def test_all_workers_may_be_killed(alone):
+    with own_cluster(2) as cluster, connected(cluster) as client:
+        victims = list(client.run(os.getpid).values())
+        kill = once(0.7, lambda: [os.kill(victim, 9) for victim in victims])
+        same(tracer.render(SCENE, cluster=client, progress=kill, **SETTINGS), alone)
+
+
+def test_a_worker_that_comes_late_changes_nothing_and_helps(alone):
+    with own_cluster(1) as cluster, connected(cluster) as client:
+        drawn_by = set()
+
+        def late():
+            cluster.scale(2)
+            client.wait_for_workers(2)
+
+        settle = spread.Spread.settle
+
+        def watch(self, estimate, unit, whole, known, took):
+            drawn_by.add(took["worker"])
+            settle(self, estimate, unit, whole, known, took)
+
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(spread.Spread, "settle", watch)
+            same(tracer.render(SCENE, cluster=client, progress=once(0.2, late), **SETTINGS), alone)
+        assert len(drawn_by) == 2
+
+
+@pytest.mark.parametrize("part", [0.05, 0.4, 0.9])
+def test_a_worker_that_hangs_does_not_hold_up_a_round(alone, monkeypatch, part):
+    monkeypatch.setattr(spread, "LATE_SECONDS", 1.0)
+    monkeypatch.setattr(spread, "HANG_SECONDS", 2.0)
+    monkeypatch.setattr(crew, "SILENT_SECONDS", 2.0)
+    with own_cluster(2) as cluster, connected(cluster) as client:
+        victim = next(iter(client.run(os.getpid).values()))
+        try:
+            stop = once(part, lambda: os.kill(victim, signal.SIGSTOP))
+            same(tracer.render(SCENE, cluster=client, progress=stop, **SETTINGS), alone)
+        finally:
+            os.kill(victim, signal.SIGCONT)
+
+
+def dask(*arguments):
+    return subprocess.Popen(
+        [sys.executable, "-m", "distributed.cli." + arguments[0], *map(str, arguments[1:])],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+
+
+def test_a_scheduler_that_goes_away_leaves_a_checkpoint(alone, tmp_path, monkeypatch):
+    monkeypatch.setattr(post, "GONE_SECONDS", 2.0)
+    monkeypatch.setattr(crew, "LONGEST_WAIT", 4.0)
+    told, path = tmp_path / "scheduler.json", tmp_path / "state.ckpt"
+    scheduler = dask("dask_scheduler", "--host", "127.0.0.1", "--port", 0, "--no-dashboard", "--scheduler-file", told)
+    worker = dask("dask_worker", "--scheduler-file", told, "--nthreads", 1, "--no-dashboard", "--no-nanny")
+    try:
+        while not told.exists():
+            time.sleep(0.1)
+        address = json.loads(told.read_text())["address"]
+        with pytest.raises(ClusterError, match=r"is gone.*has [0-9.]+ % of the samples; go on with --resume"):
+            tracer.render(SCENE, cluster=address, checkpoint=path, progress=once(0.5, scheduler.kill), **SETTINGS)
+    finally:
+        for process in (worker, scheduler):
+            process.kill()
+            process.wait()
+    same(tracer.render(SCENE, checkpoint=path, resume=True, **SETTINGS), alone)
+
+
+def test_a_worker_of_another_version_is_named(two_workers, monkeypatch):
+    version = importlib.metadata.version
+    monkeypatch.setattr(importlib.metadata, "version", lambda name: "3.0" if name == "mitsuba" else version(name))
+    setup.software.cache_clear()
+    try:
+        with pytest.raises(ClusterError, match=r"Worker tcp://.* has Mitsuba 3.9.*, and the client 3.0"):
+            tracer.render(SCENE, cluster=two_workers, **SETTINGS)
+    finally:
+        setup.software.cache_clear()
+
+
+def test_a_worker_of_another_version_that_comes_late_leaves_a_checkpoint(alone, two_workers, tmp_path, monkeypatch):
+    path = tmp_path / "state.ckpt"
+    draw = spread.Spread.draw
+
+    def later(self, estimate, *rest):
+        if estimate.drawn().sum() > 128 * 96 * 16:
+            self.work = spread.replace(self.work, made_of={**self.work.made_of, "tracer": "0.0"})
+        return draw(self, estimate, *rest)
+
+    monkeypatch.setattr(spread.Spread, "draw", later)
+    with pytest.raises(ClusterError, match=r"has tracer 0.* has [0-9.]+ % of the samples"):
+        tracer.render(SCENE, cluster=two_workers, checkpoint=path, **SETTINGS)
+    same(tracer.render(SCENE, checkpoint=path, resume=True, **SETTINGS), alone)
+
+
+def test_what_crashes_every_worker_is_a_sentence(two_workers, monkeypatch):
+    monkeypatch.setattr(post, "draw_unit", crash)
+    with own_cluster(2) as cluster, connected(cluster) as client, pytest.raises(ClusterError, match="Workers died"):
+        tracer.render(SCENE, cluster=client, **SETTINGS)
+
+
+def crash(*arguments, **keywords):
+    os.abort()

@@ -1,0 +1,50 @@
+"""Sums survive being packed, sent and cut."""
+
+import pickle
+
+import numpy as np
+from dask.sizeof import sizeof
+
+from tracer.cluster.regions import Region
+from tracer.cluster.sums import Sums, cut, pack, write
+from tracer.estimate import Estimate
+from tracer.frame import PlainFrame
+
+
+def frame(width, reach=1):
+    return PlainFrame((1, width), 0, ["R", "G", "B"], reach, (0, 0, width, 1))
+
+
+def filled(width):
+    estimate = Estimate(frame(width), 1, 1)
+    layout, *arrays = estimate.state()
+    rng = np.random.default_rng(3)
+    estimate.restore([layout, *(rng.integers(0, 99, width).astype(each.dtype) for each in arrays)])
+    return estimate
+
+
+def same(one, other):
+    return all(np.array_equal(a, b) for a, b in zip(one.state(), other.state(), strict=True))
+
+
+def test_sums_are_cut_out_of_packed_ones():
+    arrays = [np.arange(7, dtype=np.uint32), np.arange(7) / 3, np.arange(7, dtype=np.float32)]
+    found = cut(pack(arrays), [each.dtype for each in arrays], 2, 4)
+    assert [list(each) for each in found] == [list(each[2:6]) for each in arrays]
+    into = [np.zeros_like(each) for each in arrays]
+    write(pack(arrays), Region(1, 3, skip=4), into)
+    assert list(into[0]) == [0, 4, 5, 6, 0, 0, 0]
+
+
+def test_another_process_gets_the_same_sums():
+    estimate = filled(13)
+    sums = Sums(estimate)
+    sent = pickle.loads(pickle.dumps(sums))
+    for one in (sums, sent):
+        new = Estimate(frame(13), 1, 1)
+        one.fill(new, 0)
+        assert same(new, estimate)
+        part = Estimate(frame(5), 1, 1)
+        one.fill(part, 4)
+        assert all(np.array_equal(a, b[4:9]) for a, b in zip(part.state()[1:], estimate.state()[1:], strict=True))
+    assert sizeof(sums) == sizeof(sent) == len(sums.packed())
