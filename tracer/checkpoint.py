@@ -138,6 +138,8 @@ class Keeper:
     def __init__(self, path: Path, scene_hash: str, resume: bool, every: float = EVERY_SECONDS) -> None:
         """``resume``: go on from the file if there is one; ``every``: seconds between two writes."""
         self.path, self.scene_hash, self.resume, self.every = path, scene_hash, resume, every
+        self.source: str | None = None
+        """What the samples are of, if not of a seed alone."""
         self.complaints: list[str] = []
         self.resumed_from = self.kept = 0
         """Samples that were there at the start, and that the file has."""
@@ -198,7 +200,7 @@ class Keeper:
                     plain=plain,
                     arrays=arrays,
                     settings=self.settings.model_dump(),
-                    sources=[f"seed {self.settings.seed}"],
+                    sources=[self.source or f"seed {self.settings.seed}"],
                 )
             )
             self.complaints.clear()

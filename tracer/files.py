@@ -157,7 +157,8 @@ def write_exr(
         specification.x, specification.y, specification.full_width, specification.full_height = window
     specification.attribute("compression", "zip")
     for name, value in metadata.items():
-        plain = value if isinstance(value, str | int | float) else json.dumps(value)
+        fits = isinstance(value, str | float) or (isinstance(value, int) and abs(value) < 2**31)
+        plain = value if fits else json.dumps(value)
         specification.attribute(f"tracer:{name}", plain)
     write_with_openimageio(path, specification, values)
 

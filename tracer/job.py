@@ -9,11 +9,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from tracer import files
 from tracer.errors import SettingsError
 from tracer.load_error import nearest
+from tracer.parts import parse_part
 from tracer.settings import Settings, explain
 
 NUMBER = "#"
@@ -26,7 +27,8 @@ class Job(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     scene: Path
-    output: Path
+    output: Path | None = None
+    """Picture to write; it may be missing where a checkpoint of a part is what is wanted."""
     sensor: tuple[int, ...] | Literal["all"] = (0,)
     """Numbers of the scene's sensors."""
     size: int | None = Field(None, ge=1)
@@ -54,6 +56,8 @@ class Job(BaseModel):
     """Most memory to use, in GiB."""
     workers: int | None = Field(None, ge=1, le=1024)
     """Processes on this machine that draw."""
+    part: str | None = None
+    """ "3/8": render the third of eight parts."""
     scheduler: str | None = None
     """Address of a Dask scheduler whose workers draw."""
     settings: dict[str, Any] = Field(default_factory=dict)
@@ -92,6 +96,21 @@ class Job(BaseModel):
             raise ValueError(f"define: write name=value (was {', '.join(value)!r})")
         return {name: each for name, _, each in pairs}
 
+    @field_validator("part")
+    @classmethod
+    def part_is_one(cls, value: str | None) -> str | None:
+        """Reject what is no part."""
+        if value is not None:
+            parse_part(value)
+        return value
+
+    @model_validator(mode="after")
+    def makes_something(self) -> Job:
+        """Reject a job of which nothing would be left."""
+        if self.output is None and (self.part is None or self.checkpoint is None):
+            raise ValueError("nothing would be written: name a picture with -o, or a checkpoint for a part")
+        return self
+
     @field_validator("frames")
     @classmethod
     def frames_are_numbers(cls, value: str | None) -> str | None:
@@ -108,9 +127,14 @@ class Shot:
     scene: Path
     define: dict[str, str]
     sensor: int
-    output: Path
+    output: Path | None
     checkpoint: Path | None
     live: Path | None
+
+    @property
+    def name(self) -> str:
+        """What a person calls it: the file that is written."""
+        return str(self.output or self.checkpoint)
 
 
 def frame_numbers(text: str) -> list[int]:
@@ -177,9 +201,8 @@ def shots_of(job: Job, sensors: int) -> Iterator[Shot]:
             def named(path: Path | None, number: int | None = number, label: str = label) -> Path | None:
                 return None if path is None else path.with_name(numbered(path, number, label))
 
-            output = named(job.output)
-            assert output is not None
-            yield Shot(frame_file(job.scene, number), define, sensor, output, named(job.checkpoint), named(job.live))
+            files_of = [named(path) for path in (job.output, job.checkpoint, job.live)]
+            yield Shot(frame_file(job.scene, number), define, sensor, *files_of)
 
 
 def frame_file(scene: Path, number: int | None) -> Path:
@@ -213,7 +236,8 @@ def check_frames(job: Job) -> None:
 def check_outputs(shots: list[Shot], job: Job) -> None:
     """Raise OutputError if any file of a job cannot be written, before the first is rendered."""
     for shot in shots:
-        files.check_output(shot.output, job.overwrite or job.resume)
+        if shot.output is not None:
+            files.check_output(shot.output, job.overwrite or job.resume)
         if shot.checkpoint is not None:
             files.check_output(shot.checkpoint, job.overwrite or job.resume, suffixes=())
         if shot.live is not None:

@@ -1,4 +1,4 @@
-"""Merge checkpoints of one picture, rendered with different seeds: on a farm, every machine renders some samples."""
+"""Merge checkpoints of one picture, of parts or with different seeds: on a farm, every machine renders some samples."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from tracer.checkpoint import Checkpoint, differences
 from tracer.errors import CheckpointError
 from tracer.estimate import Estimate
 from tracer.frame import PlainFrame
+from tracer.parts import missing
 from tracer.result import Report, Result
 from tracer.settings import MOST_SPP, make_settings
 from tracer.state import part
@@ -42,7 +43,7 @@ def merge(paths: Sequence[Path], output: Path | None = None) -> tuple[Result, Ch
         if twice := [source for source in kept.sources if source in sources]:
             raise CheckpointError(
                 f"'{path}' holds samples that are in those before it ({', '.join(twice)}); "
-                "render parts of one picture with different seeds."
+                "render parts of one picture with --part, or with different seeds."
             )
         total.merge(sums(kept))
         sources += kept.sources
@@ -86,7 +87,9 @@ def picture(total: Estimate, whole: Checkpoint, seconds: float) -> Result:
     spp = min(max(round(whole.plain["done"] / frame.pixel_count), 1), MOST_SPP)
     chosen = {name: value for name, value in whole.settings.items() if name not in ("min_spp", "max_spp", "pilot_spp")}
     report = Report(make_settings(**{**chosen, "spp": spp, "unbiased": False}), stopped_by="spp")
-    report.note(f"Merged: {', '.join(whole.sources)}.")
+    report.note(f"Merged: {'; '.join(whole.sources)}.")
+    if absent := missing(whole.sources):
+        report.note(absent)
     report.describe(frame, statistics, whole.plain["done"], whole.plain["done"], None)
     nothing = np.zeros(frame.size, np.float32)
     return Result(

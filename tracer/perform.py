@@ -6,6 +6,7 @@ import itertools
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from pathlib import Path
 from typing import Any
 
 from tracer import backend, checkpoint, files, live, memory
@@ -14,6 +15,7 @@ from tracer.errors import SceneError, SettingsError
 from tracer.job import Job, Shot, check_frames, check_outputs, shots_of
 from tracer.loop import DrawerFor, Terms, render_view
 from tracer.metadata import metadata
+from tracer.parts import parse_part, share
 from tracer.progress import ProgressCallback
 from tracer.result import Result, display
 from tracer.scene import open_scene, pick_sensor
@@ -95,7 +97,7 @@ def picture(
             shot.checkpoint, scene_hash, job.resume, job.overwrite, every=job.checkpoint_every
         )
     if shot.live is not None or job.tev is not None:
-        shown = live.tev(shot.output.name, job.tev) if job.tev is not None else None
+        shown = live.tev(Path(shot.name).name, job.tev) if job.tev is not None else None
         progress = live.together(progress, live.png(shot.live) if shot.live is not None else None, shown)
     drawer = None
     if hire is not None:
@@ -103,6 +105,11 @@ def picture(
         drawer = hire(shot.scene, scene_hash, shot.define, shot.sensor, **seen)
     with open_scene(scene, shot.sensor, job.integrator, job.size, job.crop) as view:
         settings = make_settings(**{**view.settings, **job.settings})
+        if job.part is not None:
+            part = parse_part(job.part)
+            if keeper is not None:
+                keeper.source = part.source(settings.seed)
+            settings = make_settings(**{**settings.model_dump(), **share(settings, part)})
         needed = memory.need(view, settings, job.features, job.denoise, keeps=keeper is not None)
         if needed.total(size := memory.largest_pass(needed, job.memory)) > memory.LARGE:
             tell(memory.in_words(needed, size))
@@ -111,5 +118,6 @@ def picture(
     if shot.live is not None:
         files.write_png(shot.live, display(result.image))
     own = job.model_dump(mode="json", exclude={"settings", "overwrite", "resume"}, exclude_none=True)
-    files.write_result(shot.output, result, {**metadata(result, scene_hash), "job": own})
+    if shot.output is not None:
+        files.write_result(shot.output, result, {**metadata(result, scene_hash), "job": own})
     return result

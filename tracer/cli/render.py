@@ -14,7 +14,9 @@ from tracer.cli.options import Panel
 
 def render(
     scene: options.SceneFile,
-    output: Annotated[Path, typer.Option("--output", "-o", help="Picture to write: .exr (all layers) or .png.")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Picture to write: .exr (all layers) or .png.")
+    ] = None,
     config: Annotated[Path | None, typer.Option(help="TOML file with options by name; the command line wins.")] = None,
     spp: Annotated[int | None, typer.Option(help="Mean samples per pixel. [64]", rich_help_panel=Panel.STOP)] = None,
     noise: Annotated[
@@ -101,6 +103,9 @@ def render(
     workers: Annotated[
         int | None, typer.Option(help="Processes on this machine that draw.", rich_help_panel=Panel.WHO)
     ] = None,
+    part: Annotated[
+        str | None, typer.Option(help='"3/8": the third of eight parts, for merge.', rich_help_panel=Panel.WHO)
+    ] = None,
     scheduler: Annotated[
         str | None,
         typer.Option(help="Address of a Dask scheduler whose workers draw.", rich_help_panel=Panel.WHO),
@@ -144,9 +149,9 @@ def render(
         for shot, result in perform(job, progress, STARTED, lambda text: None if quiet else typer.echo(text, err=True)):
             progress.clear()
             if as_json:
-                typer.echo(json.dumps({"output": str(shot.output), **summary(result)}))
+                typer.echo(json.dumps({"output": shot.name, **summary(result)}))
             elif not quiet:
-                typer.echo("\n".join([f"{shot.output}: {in_words(result)}", *result.report.notes]))
+                typer.echo("\n".join([f"{shot.name}: {in_words(result)}", *result.report.notes]))
             if not result.report.complete:
                 raise typer.Exit(signals.exit_code())
 
