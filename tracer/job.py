@@ -59,7 +59,7 @@ class Job(BaseModel):
     part: str | None = None
     """ "3/8": render the third of eight parts."""
     scheduler: str | None = None
-    """Address of a Dask scheduler whose workers draw."""
+    """Address of a Dask scheduler whose workers draw, or the file that it has left it in."""
     settings: dict[str, Any] = Field(default_factory=dict)
     """Of ``tracer.settings.Settings``, those that are given."""
 

@@ -108,7 +108,7 @@ def render(
     ] = None,
     scheduler: Annotated[
         str | None,
-        typer.Option(help="Address of a Dask scheduler whose workers draw.", rich_help_panel=Panel.WHO),
+        typer.Option(help="Address of a Dask scheduler, or its file.", rich_help_panel=Panel.WHO),
     ] = None,
     live: Annotated[Path | None, typer.Option(help="PNG that shows the picture while it renders.")] = None,
     tev: Annotated[str | None, typer.Option(help="host:port of a tev viewer that shows it, too.")] = None,

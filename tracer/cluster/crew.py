@@ -7,6 +7,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from tracer.errors import ClusterError, SettingsError
@@ -14,9 +15,12 @@ from tracer.errors import ClusterError, SettingsError
 try:
     import dask
     import distributed
+    from distributed.comm.addressing import parse_address
+    from distributed.comm.registry import get_backend
 except ImportError:
     raise ClusterError("Workers need Dask distributed; install it with: pip install 'tracer[cluster]'.") from None
 
+from tracer.cluster.bundle import Bundle, pack
 from tracer.cluster.setup import Setup, require_same, software
 from tracer.cluster.unit import prepare
 
@@ -47,6 +51,11 @@ class Crew:
         seen = {name: each["last_seen"] for name, each in workers.items()}
         last = max(seen.values(), default=0.0)
         return {name for name, when in seen.items() if last - when > SILENT_SECONDS}
+
+    def ship(self, setup: Setup) -> None:
+        """Send a scene with all of its files to all workers, and to those that come later. Raises ClusterError."""
+        archive = pack(Path(setup.scene), dict(setup.define))
+        self.client.register_plugin(Bundle(setup.scene_hash, archive))
 
     def begin(self, setup: Setup) -> None:
         """Let all workers open a scene while the client does so itself."""
@@ -100,9 +109,15 @@ def own_cluster(workers: int) -> Iterator[Any]:
 
 @contextmanager
 def connected(cluster: Any) -> Iterator[Any]:
-    """Connect to a scheduler. Raises ClusterError."""
+    """Connect to a scheduler: a cluster, an address, or the file in which one has left it. Raises ClusterError."""
     try:
-        client = distributed.Client(cluster, timeout=LONGEST_WAIT, set_as_default=False)
+        if isinstance(cluster, str) and Path(cluster).is_file():
+            where = {"scheduler_file": cluster}
+        else:
+            if isinstance(cluster, str):
+                get_backend(parse_address(cluster, strict=True)[0])  # else the client would wait for what cannot be
+            where = {"address": cluster}
+        client = distributed.Client(**where, timeout=LONGEST_WAIT, set_as_default=False)
     except (OSError, TimeoutError, ValueError, TypeError) as error:
         said = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise ClusterError(f"Cannot connect to the scheduler '{cluster}': {said}.") from None

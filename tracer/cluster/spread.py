@@ -21,6 +21,7 @@ from tracer.cluster.sums import Sums, by_source, pack, write
 from tracer.cluster.unit import Took
 from tracer.criteria import Criterion
 from tracer.draw import moment_counts
+from tracer.errors import SceneMissingError
 from tracer.estimate import Estimate
 from tracer.here import Counts, Pass
 from tracer.scene import View
@@ -28,6 +29,7 @@ from tracer.scene import View
 LATE = 3.0
 """Times as long as others: a unit that takes more, and more than LATE_SECONDS, is given to another worker, too."""
 LATE_SECONDS = 4.0
+MOST_TRIES = 3
 AT_ONCE = 16
 """Sums that are fetched at a time, each of megabytes."""
 HANG_SECONDS = 10.0
@@ -44,6 +46,8 @@ class Unit:
     goal: NDArray[np.uint32]
     """(P,): samples there are to be afterwards."""
     sent: float = 0.0
+    tries: int = 0
+    """Workers that had no scene for it."""
     futures: list[tuple[Any, Any]] = field(default_factory=list)
     """What is drawn, and what is told of it: by the first that was asked, and by one that draws all samples anew."""
 
@@ -55,6 +59,7 @@ class Spread:
         self.crew, self.post, self.setup = crew, Post(crew), setup
         self.view, self.kinds = view, moment_counts(view, criterion.moments)
         self.work = Work(software(), None if criterion.moments is None else criterion.name, largest_pass, 0, 1.0)
+        self.shipped = False
         self.silent: set[str] = set()
         """Workers that were silent when this was last looked at."""
 
@@ -146,7 +151,15 @@ class Spread:
         estimate.learn(unit.region, known)
 
     def failed(self, unit: Unit, estimate: Held, error: BaseException) -> None:
-        """Ask again for a unit whose sums so far are lost; raise any other error."""
+        """Ask again for a unit whose sums so far are lost, or whose worker had no scene; raise any other error."""
+        if isinstance(error, SceneMissingError) and unit.tries < MOST_TRIES:
+            if not self.shipped:
+                self.crew.ship(self.setup)
+                self.shipped = True
+            unit.tries += 1
+            unit.futures.clear()
+            self.send(estimate, [unit])
+            return
         if not isinstance(error, CancelledError):
             raise explained(error) from None
         self.post.require_scheduler()

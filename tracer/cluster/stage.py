@@ -12,6 +12,7 @@ import drjit as dr
 import mitsuba as mi
 
 from tracer import backend, criteria
+from tracer.cluster.bundle import SCENES
 from tracer.cluster.setup import Setup
 from tracer.errors import SceneMissingError
 from tracer.estimate import Estimate
@@ -22,8 +23,6 @@ from tracer.source import fingerprint
 
 DEVICE = ThreadPoolExecutor(1, "tracer-device")
 """A worker may run several units at a time; they take turns here, each with all of its threads."""
-SCENES = "tracer-scenes"
-"""Folder within that of a worker where bundles are unpacked."""
 
 
 class Stage:

@@ -1,0 +1,99 @@
+"""A scene arrives whole, where its files find one another, and nothing leaves the folder it is for."""
+
+import io
+import zipfile
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import tracer
+from conftest import LIT
+from tracer.cluster import hire
+from tracer.cluster.bundle import files_of, pack, unpack
+from tracer.errors import ClusterError
+from tracer.source import fingerprint
+
+PLY = """ply
+format ascii 1.0
+element vertex 3
+property float x
+property float y
+property float z
+element face 1
+property list uchar int vertex_index
+end_header
+0 0 0
+1 0 0
+0 1 0
+3 0 1 2
+"""
+
+
+@pytest.fixture
+def scene(tmp_path):
+    """Return a scene that names a mesh, a texture, a spectrum and another scene file, in several ways."""
+    (tmp_path / "project" / "sub").mkdir(parents=True)
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "meshes" / "face.ply").write_text(PLY)
+    (tmp_path / "project" / "gold.spd").write_text("400 0.2\n700 0.9\n")
+    (tmp_path / "project" / "more.xml").write_text(
+        '<scene version="3.0.0"><shape type="sphere"><bsdf type="diffuse"><texture type="bitmap" name="reflectance">'
+        '<string name="filename" value="sub/$name.png"/></texture></bsdf></shape></scene>'
+    )
+    from tracer.files import write_png
+
+    write_png(tmp_path / "project" / "sub" / "wood.png", np.full((4, 4, 3), 0.5))
+    path = tmp_path / "project" / "scene.xml"
+    path.write_text(
+        f'<scene version="3.0.0"><default name="name" value="wood"/>{LIT}<include filename="more.xml"/>'
+        '<shape type="ply"><string name="filename" value="../meshes/face.ply"/>'
+        "<bsdf type='diffuse'><spectrum name='reflectance' filename='gold.spd'/></bsdf></shape></scene>"
+    )
+    return path
+
+
+def test_all_files_are_found(scene):
+    names = {path.name for path in files_of(scene, {"name": "wood"})}
+    assert names == {"scene.xml", "more.xml", "face.ply", "gold.spd", "wood.png"}
+
+
+def test_what_is_unpacked_is_the_same_scene(scene, tmp_path):
+    define = {"name": "wood"}
+    archive = pack(scene, define)
+    unpack(archive, tmp_path / "there")
+    (found,) = (tmp_path / "there").glob("**/scene.xml")
+    assert fingerprint(found, define) == fingerprint(scene, define)
+    unpack(b"not read again", tmp_path / "there")
+
+
+def test_absolute_paths_are_refused(scene, tmp_path):
+    scene.write_text(scene.read_text().replace("../meshes", str(tmp_path / "meshes")))
+    with pytest.raises(ClusterError, match="a path that workers do not have"):
+        pack(scene, {"name": "wood"})
+
+
+@pytest.mark.parametrize("name", ["../out.txt", "/etc/out.txt", "a/../../out.txt"])
+def test_names_that_lead_out_are_refused(tmp_path, name):
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
+        archive.writestr(name, "x")
+    with pytest.raises(ClusterError, match="does not belong"):
+        unpack(stream.getvalue(), tmp_path / "deep" / "there")
+    assert not list(tmp_path.rglob("out.txt"))
+
+
+def test_workers_without_the_scene_get_it(scene, two_workers, monkeypatch):
+    make = hire.make_setup
+    sent = []
+
+    def elsewhere(*arguments, **seen):
+        setup = make(*arguments, **seen)
+        sent.append(setup)
+        return replace(setup, scene="/nowhere/scene.xml")
+
+    ship = hire.Crew.ship
+    monkeypatch.setattr(hire, "make_setup", elsewhere)
+    monkeypatch.setattr(hire.Crew, "ship", lambda self, setup: ship(self, sent[0]))
+    found = tracer.render(scene, spp=8, define={"name": "wood"}, cluster=two_workers)
+    assert np.array_equal(found.image, tracer.render(scene, spp=8, define={"name": "wood"}).image)

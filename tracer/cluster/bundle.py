@@ -1,0 +1,92 @@
+"""A scene with all of its files in one piece, for workers that do not share a disk with the client.
+
+A ZIP archive named by the hash of the scene. A worker unpacks it once, beside what else it keeps, and takes it for the
+scene only if its hash is the one that it asked for. Files alone are read from it, nothing that runs.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import re
+import zipfile
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from distributed import WorkerPlugin
+
+from tracer.errors import ClusterError
+from tracer.source import parse, properties
+
+SCENES = "tracer-scenes"
+"""Folder within that of a worker where bundles are unpacked."""
+ATTRIBUTE = re.compile(r'\b(?:value|filename)\s*=\s*(?:"([^"]*)"|\'([^\']*)\')')
+"""What may name a file in XML: spectra and included scenes are read as it is parsed, and leave no trace."""
+
+
+class Bundle(WorkerPlugin):
+    """Brings a scene to every worker there is, and to those that come later."""
+
+    def __init__(self, scene_hash: str, archive: bytes) -> None:
+        self.name = f"tracer-scene-{scene_hash}"
+        self.scene_hash, self.archive = scene_hash, archive
+
+    def setup(self, worker: Any) -> None:
+        """Unpack the files."""
+        unpack(self.archive, Path(worker.local_directory) / SCENES / self.scene_hash)
+
+
+def pack(scene: Path, define: dict[str, str]) -> bytes:
+    """Return a scene file and all files that it names as an archive, where they lie to one another as they do now.
+
+    Raises ClusterError for a scene that names files by absolute paths, which a worker would not have.
+    """
+    paths = files_of(scene, define)
+    root = Path(os.path.commonpath([path.parent for path in paths]))
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+        for path in sorted(paths):
+            archive.write(path, path.relative_to(root).as_posix())
+    return stream.getvalue()
+
+
+def files_of(scene: Path, define: dict[str, str]) -> set[Path]:
+    """Return the normal absolute paths of a scene file and of all files that it names. Raises ClusterError."""
+    _, state = parse(scene, define)
+    found = {normal(Path(str(file))) for file in state.files}
+    names = {value for node in state.nodes for _, value in properties(scene, node) if isinstance(value, str)}
+    for file in list(found):
+        text = file.read_text(encoding="utf-8", errors="replace")
+        for name, value in define.items():
+            text = text.replace(f"${name}", value)
+        names |= {one or other for one, other in ATTRIBUTE.findall(text)}
+    folders = {file.parent for file in found}
+    for name in sorted(names):
+        there = [folder / name for folder in folders if (folder / name).is_file()] if name else []
+        if there and Path(name).is_absolute():
+            raise ClusterError(
+                f"'{scene}' names '{name}', a path that workers do not have: name files relative to the scene, or put "
+                "it in a folder that workers share."
+            )
+        found |= {normal(path) for path in there}
+    return found
+
+
+def normal(path: Path) -> Path:
+    """Return an absolute path without ".."; links stay, as their names are what the scene knows."""
+    return Path(os.path.abspath(path))
+
+
+def unpack(data: bytes, folder: Path) -> None:
+    """Write the files of an archive into ``folder``, all or none. Raises ClusterError for names that lead out of it."""
+    if folder.exists():
+        return
+    temporary = folder.with_name(f".{folder.name}.{os.getpid()}")
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        for name in archive.namelist():
+            if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts:
+                raise ClusterError(f"A bundle has a file '{name}' that does not belong in it.")
+            path = temporary / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(archive.read(name))
+    temporary.rename(folder)
