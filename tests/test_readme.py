@@ -19,7 +19,15 @@ def test_quoted_tables_are_those_of_the_results():
 
 
 @pytest.mark.parametrize(
-    "name", ["README.md", "tracer/study/README.md", "scenes/README.md", "docs/production.md", "docs/features.md"]
+    "name",
+    [
+        "README.md",
+        "tracer/study/README.md",
+        "scenes/README.md",
+        "docs/production.md",
+        "docs/features.md",
+        "docs/cluster.md",
+    ],
 )
 def test_pictures_and_files_exist(name):
     for link in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", (ROOT / name).read_text()):
