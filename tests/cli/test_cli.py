@@ -138,7 +138,7 @@ def test_a_farm_renders_parts_and_merges_them(tracer_program, scene_file, tmp_pa
         assert code == 0
     code, out, _ = tracer_program("merge", *parts, "-o", tmp_path / "all.exr", "--json")
     assert code == 0
-    assert json.loads(out)["notes"] == ["Merged: seed 1, seed 2."]
+    assert json.loads(out)["notes"] == ["Merged: seed 1; seed 2."]
     counts = [read_samples(tmp_path / name)[0] for name in ("1.exr", "2.exr", "all.exr")]
     assert np.array_equal(counts[0] + counts[1], counts[2])
 
