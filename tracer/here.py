@@ -42,6 +42,9 @@ class Drawer(Protocol):
         samples is a sign of life.
         """
 
+    def describe(self) -> dict[str, Any]:
+        """Return what drawing elsewhere took, as plain values."""
+
     def close(self) -> None:
         """Let go of what drawing needs."""
 
@@ -82,6 +85,10 @@ class Here:
             estimate.add(window, samples)
             dr.sync_thread()
             yield Pass(window.sample_count, drawing, time.perf_counter() - start - drawing)
+
+    def describe(self) -> dict[str, Any]:
+        """Return nothing: it is all here."""
+        return {}
 
     def close(self) -> None:
         """Let go of scene and kernels."""

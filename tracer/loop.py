@@ -331,6 +331,7 @@ class Rendering:
             noisy = image[..., : self.view.colour_channels]
             found = image, stderr, statistics, state.meter.scale
             image = self.timed("seconds_denoising", without_noise, *drawn, *found)
+        report.elsewhere = self.drawer.describe()
         report.describe(self.view, statistics, state.done, self.total, self.noise)
         inner = self.view.inner
         return Result(

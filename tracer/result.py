@@ -56,6 +56,8 @@ class Report:
     """Importance and allocation."""
     seconds_statistics: float = 0.0
     """Adding samples to the estimate, and developing the image."""
+    elsewhere: dict[str, Any] = field(default_factory=dict)
+    """Where workers drew: how many there were at the end, units, and bytes that travelled."""
     seconds_features: float = 0.0
     seconds_denoising: float = 0.0
 

@@ -10,6 +10,7 @@ import typer
 
 from tracer.backend import named_library
 from tracer.cli import (
+    cluster_report,
     compare,
     demo,
     info,
@@ -48,6 +49,7 @@ COMMANDS = (
     radiosity.radiosity,
     radiosity_report.radiosity_report,
     production_report.production_report,
+    cluster_report.cluster_report,
     compare.compare,
     study.study,
     score.score,

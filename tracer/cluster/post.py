@@ -37,6 +37,8 @@ class Traffic:
     """Units that were given to one more worker."""
     bytes_sent: int = 0
     bytes_received: int = 0
+    bytes_of_sums: int = 0
+    """Of those received."""
 
 
 class Post:

@@ -101,6 +101,7 @@ class Spread:
                         continue
                     waiting.remove(unit)
                     known, took = outcome
+                    self.post.traffic.bytes_received += sum(values.nbytes for values in vars(known).values())
                     self.settle(estimate, unit, whole, known, took)
                     spent.append(took["seconds"])
                     drawing, seconds = took["drawing"] / len(workers), took["seconds"] / len(workers)
@@ -214,6 +215,7 @@ class Spread:
                     continue  # lost with its worker
                 sums = outcome["sums"].packed()
                 self.post.traffic.bytes_received += sums.nbytes
+                self.post.traffic.bytes_of_sums += sums.nbytes
                 for region in several:
                     write(sums, region, arrays)
                     missing.remove(region.first)
@@ -228,6 +230,10 @@ class Spread:
             (future,) = self.crew.client.scatter([{"sums": Sums(None, pack(pieces))}], hash=False)
             found.append(Region(first, len(pieces[0]), future))
         return found
+
+    def describe(self) -> dict[str, Any]:
+        """Return units and bytes."""
+        return {"workers": len(self.crew.workers()), **vars(self.post.traffic)}
 
     def close(self) -> None:
         """Nothing is kept here."""
