@@ -47,3 +47,12 @@ LIT = f'<integrator type="path"/>{SENSOR}<emitter type="constant"/>'
 def reference_cache(tmp_path, monkeypatch):
     """Keep references of tests out of the user's cache."""
     monkeypatch.setenv("TRACER_CACHE", str(tmp_path / "cache"))
+
+
+@pytest.fixture(scope="session")
+def two_workers():
+    """Workers for all tests that do nothing to them, as they take seconds to start."""
+    from tracer.cluster.crew import connected, own_cluster
+
+    with own_cluster(2) as cluster, connected(cluster) as client:
+        yield client

@@ -35,6 +35,12 @@ Objective = Annotated[str, typer.Option(help="Which error is to be small: relati
 Integrator = Annotated[str | None, typer.Option(help="Plugin to use instead of the scene's integrator.")]
 Sensor = Annotated[int, typer.Option(help="Number of the scene's sensor, from 0.")]
 Width = Annotated[int | None, typer.Option(help="Width in pixels instead of the scene's; the aspect is kept.")]
+Workers = Annotated[
+    int | None, typer.Option(min=1, help="Processes on this machine that draw.", rich_help_panel=Panel.WHO)
+]
+Scheduler = Annotated[
+    str | None, typer.Option(help="Address of a Dask scheduler, or its file.", rich_help_panel=Panel.WHO)
+]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object a picture, for machines.")]

@@ -100,16 +100,11 @@ def render(
         ),
     ] = None,
     memory: Annotated[float | None, typer.Option(help="Most memory to use, in GiB.")] = None,
-    workers: Annotated[
-        int | None, typer.Option(help="Processes on this machine that draw.", rich_help_panel=Panel.WHO)
-    ] = None,
+    workers: options.Workers = None,
     part: Annotated[
         str | None, typer.Option(help='"3/8": the third of eight parts, for merge.', rich_help_panel=Panel.WHO)
     ] = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(help="Address of a Dask scheduler, or its file.", rich_help_panel=Panel.WHO),
-    ] = None,
+    scheduler: options.Scheduler = None,
     live: Annotated[Path | None, typer.Option(help="PNG that shows the picture while it renders.")] = None,
     tev: Annotated[str | None, typer.Option(help="host:port of a tev viewer that shows it, too.")] = None,
     features: Annotated[

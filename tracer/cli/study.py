@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tracer.cli import options
-from tracer.errors import StudyError
+from tracer.errors import SettingsError, StudyError
 
 if TYPE_CHECKING:
     from tracer.study.plan import Plan
@@ -25,6 +25,8 @@ def study(
     folder: Annotated[
         Path | None, typer.Argument(help="Where its scenes are. (beside the TOML file)", show_default=False)
     ] = None,
+    workers: options.Workers = None,
+    scheduler: options.Scheduler = None,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
@@ -36,17 +38,19 @@ def study(
     """
     from tracer.study.named import find_plan
 
-    measure(find_plan(plan, folder), output, overwrite, quiet)
+    if workers is not None and scheduler is not None:
+        raise SettingsError("Name workers or a scheduler, not both.")
+    measure(find_plan(plan, folder), output, overwrite, quiet, workers or scheduler)
 
 
-def measure(plan: Plan, output: Path, overwrite: bool, quiet: bool) -> None:
+def measure(plan: Plan, output: Path, overwrite: bool, quiet: bool, cluster: int | str | None = None) -> None:
     """Run a plan, showing progress, and print its tables. Raises StudyError if anything failed."""
     from tracer.cli.progress import steps
     from tracer.cli.show import study_tables
     from tracer.study.run import run_study
 
     with steps(quiet) as progress:
-        results = run_study(plan, output, progress, overwrite)
+        results = run_study(plan, output, progress, overwrite, cluster)
     if not quiet:
         study_tables(results)
     if results.failures:

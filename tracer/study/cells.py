@@ -80,11 +80,11 @@ def key(content: tuple[Any, ...], method: MethodPlan, budget: Budget, seed: int)
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:24]
 
 
-def store(cell: Cell, output: Path, shot: Shot, spp: int, run: str) -> None:
-    """Keep a picture."""
+def store(cell: Cell, output: Path, shot: Shot, spp: int, run: str, where: str | None = None) -> None:
+    """Keep a picture; ``where``: on which machine it was made, if not on this one."""
     path = cell.path(output)
     path.parent.mkdir(parents=True, exist_ok=True)
-    took = Took(spp, shot.samples, shot.seconds, shot.seconds_drawing, run, machine())
+    took = Took(spp, shot.samples, shot.seconds, shot.seconds_drawing, run, where or machine())
     values = np.concatenate([shot.image, shot.counts[..., None]], axis=-1, dtype=np.float32)
     files.write_exr(path, ["R", "G", "B", "samples.Y"], values, {"key": cell.key, "took": asdict(took)})
 

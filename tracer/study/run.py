@@ -7,6 +7,7 @@ import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -40,24 +41,41 @@ MARGIN = 1.2
 """Samples of a reference beyond those that its error so far asks for."""
 
 
-def run_study(plan: Plan, output: Path, progress: StepCallback | None = None, overwrite: bool = False) -> Results:
+def run_study(
+    plan: Plan, output: Path, progress: StepCallback | None = None, overwrite: bool = False, cluster: Any = None
+) -> Results:
     """Measure everything and return it; ``output`` is written anew as scenes are done.
 
     What is there from an earlier run of the same study is not rendered again, unless ``overwrite``. Raises
     SettingsError before the first ray, and KeyboardInterrupt if ``progress`` stops it: all finished cells are kept.
+    ``cluster``: let workers render the cells, see ``tracer.render``; references are rendered here.
     """
     backend.activate()
     scenes = plan.find_scenes()
     check_study(plan, scenes)
     with one_at_a_time(output):
         prepare_output(plan, output, overwrite)
-        return Study(plan, scenes, output, progress).run()
+        if cluster is None:
+            return Study(plan, scenes, output, progress).run()
+        from tracer.cluster.crew import open_crew
+        from tracer.study import elsewhere
+
+        with open_crew(cluster) as crew:
+            return Study(plan, scenes, output, progress, partial(elsewhere.shoot, crew=crew)).run()
 
 
 class Study:
     """One study under way."""
 
-    def __init__(self, plan: Plan, scenes: Sequence[Scene], output: Path, progress: StepCallback | None) -> None:
+    def __init__(
+        self,
+        plan: Plan,
+        scenes: Sequence[Scene],
+        output: Path,
+        progress: StepCallback | None,
+        shoot_scene: Callable[..., list[Failure]] = shoot.shoot,
+    ) -> None:
+        self.shoot_scene = shoot_scene
         self.plan, self.scenes, self.output, self.progress = plan, scenes, output, progress
         self.run_id = f"{datetime.datetime.now(datetime.UTC):%Y-%m-%dT%H:%M:%S}-{os.getpid()}"
         self.results = Results(plan)
@@ -78,7 +96,7 @@ class Study:
         try:
             for scene in self.scenes:
                 blocks = self.blocks[scene.name]
-                failures = shoot.shoot(self.plan, scene, blocks, self.output, self.run_id, self.shot)
+                failures = self.shoot_scene(self.plan, scene, blocks, self.output, self.run_id, self.shot)
                 self.results.failures += failures
                 try:
                     self.measure(scene, [cell for block in blocks for cell in block])
