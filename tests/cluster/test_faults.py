@@ -102,6 +102,31 @@ def test_a_worker_that_hangs_does_not_hold_up_a_round(alone, monkeypatch, part):
             os.kill(victim, signal.SIGCONT)
 
 
+def slow_down():
+    from tracer.cluster import unit
+
+    draw = unit.draw_on_device
+
+    def slowly(*arguments):
+        time.sleep(3.0)
+        return draw(*arguments)
+
+    unit.draw_on_device = slowly
+
+
+def test_a_slow_worker_does_not_hold_up_a_round(alone, monkeypatch):
+    monkeypatch.setattr(spread, "LATE_SECONDS", 0.5)
+    with own_cluster(2) as cluster, connected(cluster) as client:
+        slow = next(iter(client.run(os.getpid)))
+        tracer.render(SCENE, cluster=client, **SETTINGS)  # opens and compiles
+        client.run(slow_down, workers=[slow])
+        start = time.monotonic()
+        found = tracer.render(SCENE, cluster=client, **SETTINGS)
+        same(found, alone)
+        assert found.report.elsewhere["again"] >= 1
+        assert time.monotonic() - start < 3.0 * len(found.report.rounds)
+
+
 def dask(*arguments):
     return subprocess.Popen(
         [sys.executable, "-m", "distributed.cli." + arguments[0], *map(str, arguments[1:])],

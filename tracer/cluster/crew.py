@@ -68,19 +68,25 @@ def open_crew(cluster: Any) -> Iterator[Crew]:
 
     Raises ClusterError if there are none, or if they are not made of the same as this process.
     """
-    for name in logging.root.manager.loggerDict:
-        if name.startswith("distributed"):
-            logging.getLogger(name).setLevel(logging.CRITICAL)  # what a person must know is an error of ours
     if isinstance(cluster, distributed.Client):
         yield checked(Crew(cluster, str(cluster.scheduler.address)))
     elif isinstance(cluster, str):
+        be_quiet()
         with connected(cluster) as client:
             yield checked(Crew(client, str(client.scheduler.address)))
     elif isinstance(cluster, int) and cluster >= 1:
+        be_quiet()
         with own_cluster(cluster) as address, connected(address) as client:
             yield checked(Crew(client, str(client.scheduler.address)))
     else:
         raise SettingsError(f"A cluster is a number of workers, an address, or a dask client, not {cluster!r}.")
+
+
+def be_quiet() -> None:
+    """Let Dask say nothing: what a person must know is an error of ours."""
+    for name in logging.root.manager.loggerDict:
+        if name.startswith("distributed"):
+            logging.getLogger(name).setLevel(logging.CRITICAL)
 
 
 @contextmanager

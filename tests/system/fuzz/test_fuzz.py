@@ -19,11 +19,18 @@ def judge_all(seeds, folder):
 
     def judge(outcome):
         wrong = complaint(outcome)
-        return outcome.code, f"{outcome}\n  {wrong}" if wrong else ""
+        return (outcome.kind, outcome.seed), outcome.code, f"{outcome}\n  {wrong}" if wrong else ""
 
-    verdicts = run_all(inputs, folder, WORKERS, judge)
+    verdicts = {one: (code, wrong) for one, code, wrong in run_all(inputs, folder, WORKERS, judge)}
     assert len(verdicts) == len(inputs)
-    return Counter(code for code, _ in verdicts), [wrong for _, wrong in verdicts if wrong]
+    for kind, seed in [one for one, (code, wrong) in verdicts.items() if wrong and code < 0]:
+        # What Mitsuba has read beyond its memory for an earlier input may kill the process at a later one. A person's
+        # command has a process of its own.
+        again = folder / "again" / f"{kind} {seed}"
+        again.mkdir(parents=True)
+        ((_, *verdict),) = run_all([(kind, seed)], again, 1, judge)
+        verdicts[kind, seed] = tuple(verdict)
+    return Counter(code for code, _ in verdicts.values()), [wrong for _, wrong in verdicts.values() if wrong]
 
 
 def test_a_few_broken_inputs(tmp_path):
