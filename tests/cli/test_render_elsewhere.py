@@ -1,11 +1,15 @@
 """Options of render that let others draw."""
 
 import json
+import os
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from tracer import scenes
 from tracer.files import read_exr
@@ -47,3 +51,21 @@ def test_a_scheduler_that_is_not_there_is_a_sentence(tmp_path, monkeypatch):
     assert done.stderr.count("\n") == 1
     both = run("render", SCENE, "-o", tmp_path / "out.exr", "--scheduler", "tcp://x:1", "--workers", 2)
     assert (both.returncode, both.stderr) == (2, "tracer: Name workers or a scheduler, not both.\n")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_what_a_terminal_says_to_all_processes_stops_without_loss(tmp_path, number):
+    output, path = tmp_path / "out.exr", tmp_path / "state.ckpt"
+    options = ["--spp", "20000", "--size", "128", "--workers", "2", "--checkpoint", str(path)]
+    command = [sys.executable, "-m", "tracer", "render", str(SCENE), "-o", str(output), *options]
+    program = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, process_group=0)
+    while not path.exists():  # after the first round
+        assert program.poll() is None
+        time.sleep(0.1)
+    os.killpg(program.pid, number)
+    out, err = program.communicate(timeout=60)
+    assert program.returncode == 128 + number
+    assert "Stopped after" in out
+    assert err == ""
+    assert output.exists()

@@ -108,6 +108,7 @@ def own_cluster(workers: int) -> Iterator[Any]:
             worker_dashboard_address="127.0.0.1:0",
             memory_limit=0,  # else workers pause when they hold much, and nothing says so
             silence_logs=logging.CRITICAL,
+            preload="tracer.cluster.shield",
         ) as cluster,
     ):
         yield cluster

@@ -71,9 +71,9 @@ def source_hash() -> str:
     root = Path(tracer.__file__).resolve().parent
     sources = {f"plugins/{file.name}": file for folder in folders for file in folder.glob("*.py")}
     for file in root.rglob("*.py"):
-        name = file.relative_to(root)
-        if name.parts[0] not in ("plugins", "scenes"):  # beside it in a checkout, in it where it is installed
-            sources[name.as_posix()] = file
+        place = file.relative_to(root)
+        if place.parts[0] not in ("plugins", "scenes"):  # beside it in a checkout, in it where it is installed
+            sources[place.as_posix()] = file
     digest = hashlib.sha256()
     for name, file in sorted(sources.items()):
         digest.update(name.encode() + b"\0" + file.read_bytes())
