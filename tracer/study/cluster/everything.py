@@ -62,14 +62,22 @@ def text(pairs: list[Pair], constants: Constants) -> str:
     """Return the results as Markdown."""
     width, height = measure.SIZE
     speed = markdown_table(
-        ["scene", "s, one process", "s, workers", "throughput", "identical", "s, program", "s, program with workers"],
+        [
+            "scene",
+            "s, one process",
+            "s, workers",
+            "throughput",
+            "values that differ",
+            "s, program",
+            "s, program with workers",
+        ],
         [
             [
                 pair.scene,
                 f"{np.median(pair.alone):.1f}",
                 f"{np.median(pair.workers):.1f}",
                 f"{np.median(pair.throughput):.2f} [{min(pair.throughput):.2f}, {max(pair.throughput):.2f}]",
-                "yes" if pair.identical else "**no**",
+                f"{pair.differing}" + (f" by {pair.difference:.0e}" if pair.differing else ""),
                 f"{pair.programs['0']:.1f}",
                 f"{pair.programs[str(measure.WORKERS)]:.1f}",
             ]
@@ -110,8 +118,9 @@ Written by `tracer cluster-report`, on {backend.processor()} with {backend.threa
 
 {measure.WORKERS} workers of one thread against one process of {measure.WORKERS}, on the same two cores, in turns:
 {width} x {height} pixels, {measure.SPP} spp, fused; medians of {len(measure.SEEDS)} seeds, least and most. Client and
-scheduler run on these cores, too. Identical: picture, counts and standard errors, bit for bit. The last two are whole
-programs, start-up included.
+scheduler run on these cores, too. Values that differ, of picture, counts and standard errors of all seeds, and by how
+much of the value at most: where a ray meets two surfaces at once, which one Embree takes depends on the rays that are
+traced with it, and so on how a round is cut, in one process, too. The last two are whole programs, start-up included.
 
 {speed}
 ## What travels

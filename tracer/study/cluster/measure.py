@@ -51,7 +51,10 @@ class Pair:
     rounds: list[int] = field(default_factory=list)
     traffic: list[dict[str, Any]] = field(default_factory=list)
     constants: list[Constants] = field(default_factory=list)
-    identical: bool = True
+    differing: int = 0
+    """Values of picture, counts and standard errors that differ, of all seeds."""
+    difference: float = 0.0
+    """Largest difference of such values, relative to the larger."""
     programs: dict[str, float] = field(default_factory=dict)
     """Seconds of the whole program, start-up included."""
     memory: dict[str, float] = field(default_factory=dict)
@@ -83,9 +86,11 @@ def pair(name: str, path: Path, told: Told) -> Pair:
             found.rounds.append(len(other.report.rounds))
             found.traffic.append(other.report.elsewhere)
             found.constants.append(constants_of(found, alone, other, processor))
-            found.identical &= all(
-                np.array_equal(getattr(alone, layer), getattr(other, layer)) for layer in ("image", "samples", "stderr")
-            )
+            for layer in ("image", "samples", "stderr"):
+                one, two = (np.asarray(getattr(each, layer), np.float64) for each in (alone, other))
+                apart = np.abs(one - two) / np.maximum(np.maximum(np.abs(one), np.abs(two)), 1e-30)
+                found.differing += int(np.count_nonzero(apart))
+                found.difference = max(found.difference, float(apart.max()))
     for workers in (0, WORKERS):
         told(f"{name}: whole program")
         found.programs[str(workers)] = program_seconds(path, workers)
