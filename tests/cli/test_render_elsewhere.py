@@ -65,7 +65,7 @@ def test_what_a_terminal_says_to_all_processes_stops_without_loss(tmp_path, numb
         time.sleep(0.1)
     os.killpg(program.pid, number)
     out, err = program.communicate(timeout=60)
-    assert program.returncode == 128 + number
+    assert program.returncode == 128 + number, (out, err)
     assert "Stopped after" in out
     assert err == ""
     assert output.exists()
