@@ -11,6 +11,7 @@ import tracer
 from conftest import LIT
 from tracer.cluster import hire
 from tracer.cluster.bundle import files_of, pack, unpack
+from tracer.cluster.crew import Crew
 from tracer.errors import ClusterError
 from tracer.source import fingerprint
 
@@ -92,8 +93,8 @@ def test_workers_without_the_scene_get_it(scene, two_workers, monkeypatch):
         sent.append(setup)
         return replace(setup, scene="/nowhere/scene.xml")
 
-    ship = hire.Crew.ship
+    ship = Crew.ship
     monkeypatch.setattr(hire, "make_setup", elsewhere)
-    monkeypatch.setattr(hire.Crew, "ship", lambda self, setup: ship(self, sent[0]))
+    monkeypatch.setattr(Crew, "ship", lambda self, setup: ship(self, sent[0]))
     found = tracer.render(scene, spp=8, define={"name": "wood"}, cluster=two_workers)
     assert np.array_equal(found.image, tracer.render(scene, spp=8, define={"name": "wood"}).image)

@@ -9,12 +9,10 @@ from typing import Any
 
 import mitsuba as mi
 
-from tracer.cluster.crew import Crew, open_crew
+from tracer.cluster.crew import open_crew
 from tracer.cluster.setup import make_setup
 from tracer.cluster.spread import Spread
 from tracer.loop import DrawerFor
-
-__all__ = ["Crew", "hire"]
 
 Hire = Callable[..., DrawerFor]
 """From scene, hash of it, values of its $parameters, sensor and how it is seen to a drawer; see ``make_setup``."""
