@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tracer import draw
+from tracer.line import Line, Stretch, lane_pixels, line_of
 from tracer.scene import open_scene
 
 
@@ -25,7 +26,7 @@ def test_recorded_samples_are_those_that_are_traced(sensor, known, monkeypatch):
         for spp in (1, 5, 64):
             counts = np.full(view.pixel_count, spp, np.uint32)
             seed = dr.opaque(mi.UInt32, spp)
-            pixel, index = draw.lane_pixels(draw.Line(counts, counts).take(1 << 20))
+            pixel, index = lane_pixels(Line(Stretch(0, counts, 2 * counts)).take(1 << 20))
             traced = draw.draw(view, sampler, seed, pixel, index, scale)
             found = recorded(seed, pixel, index, scale)
             assert len(found.values) == 3
@@ -41,7 +42,7 @@ def drawn_rays(scene, spp=16):
     sampler = mi.load_dict({"type": "owen_sobol"})
     with open_scene(scene) as view:
         counts = np.full(view.pixel_count, spp, np.uint32)
-        pixel, index = draw.lane_pixels(draw.Line(counts, 0 * counts).take(1 << 20))
+        pixel, index = lane_pixels(line_of(counts).take(1 << 20))
         samples = draw.draw(view, sampler, mi.UInt32(1), pixel, index, mi.Float(0.25))
         return samples.rays.numpy()
 

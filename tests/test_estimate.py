@@ -9,6 +9,7 @@ from scipy.ndimage import uniform_filter
 from conformance.cases import FILTERS
 from tracer import draw
 from tracer.estimate import Estimate, shrunken_variance
+from tracer.line import Line, Stretch, lane_pixels, line_of
 from tracer.scene import open_scene
 
 
@@ -17,8 +18,8 @@ def draw_all(view, counts, *, seed=3, pass_size=1 << 20, first=None, estimate=No
     estimate = estimate or Estimate(view)
     sampler = mi.load_dict({"type": "owen_sobol"})
     first = np.zeros(view.grid, np.uint32) if first is None else first
-    for window in draw.Line(counts.ravel(), first.ravel()).passes(pass_size):
-        pixel, index = draw.lane_pixels(window)
+    for window in Line(Stretch(0, first.ravel(), (first + counts).ravel())).passes(pass_size):
+        pixel, index = lane_pixels(window)
         samples = draw.draw(view, sampler, mi.UInt32(seed), pixel, index, mi.Float(0.25))
         dr.eval(samples.values, samples.position, pixel, index)
         if keep is not None:
@@ -88,7 +89,7 @@ def test_the_split_into_passes_and_rounds_changes_no_bit(cornell):
 
 def test_samples_that_are_not_finite_are_counted_and_left_out(cornell):
     with open_scene(cornell(size=(2, 1), filter_name="box")) as view:
-        window = draw.Line(np.array([3, 2], np.uint32), np.zeros(2, np.uint32)).take(5)
+        window = line_of(np.array([3, 2], np.uint32)).take(5)
         values = [mi.Float([1, np.nan, 3, np.inf, np.nan]), mi.Float([1, 1, 3, 1, 1]), mi.Float([2, 1, 4, 1, 1])]
         estimate = Estimate(view)
         estimate.add(window, draw.Samples(values, dr.full(mi.Point2f, 0.5, 5), dr.ones(mi.Float, 5)))
@@ -105,7 +106,7 @@ def test_dense_pixels_do_not_bleed_into_sparse_ones(cornell):
         counts = np.full(view.grid, 64, np.uint32)
         counts[:, 4:] = 1024
         column = np.repeat((np.arange(64) % 8 >= 4).astype(np.float32), counts.ravel())
-        window = draw.Line(counts.ravel(), np.zeros(64, np.uint32)).take(int(counts.sum()))
+        window = line_of(counts.ravel()).take(int(counts.sum()))
         rng = np.random.default_rng(0)
         position = mi.Point2f(rng.random((2, len(column))).astype(np.float32))
         estimate = Estimate(view)
@@ -114,17 +115,6 @@ def test_dense_pixels_do_not_bleed_into_sparse_ones(cornell):
     # By symmetry the two middle columns sum to one; bleeding would push both up.
     assert image[3] + image[4] == pytest.approx(1, abs=0.02)
     assert image[0] == pytest.approx(0, abs=1e-3)
-
-
-def test_no_pixel_is_drawn_twice_between_windows():
-    counts = np.array([0, 5, 0, 0, 7, 1, 0], np.uint32)
-    first = np.array([2, 10, 0, 0, 100, 0, 0], np.uint32)
-    drawn = []
-    for window in draw.Line(counts, first).passes(4):
-        pixel, index = draw.lane_pixels(window)
-        drawn += zip(np.array(pixel).tolist(), np.array(index).tolist(), strict=True)
-    expected = [(1, 10 + k) for k in range(5)] + [(4, 100 + k) for k in range(7)] + [(5, 0)]
-    assert drawn == expected
 
 
 def same_statistics(found, expected):
@@ -199,7 +189,7 @@ def test_a_hundred_thousand_samples_lose_no_precision(cornell, filter_name):
         rare = np.where(np.arange(spp * 9) % 1000 == 7, 50.0, 0.1).astype(np.float32)
         for part in range(4):
             counts = np.full(9, spp // 4, np.uint32)
-            window = draw.Line(counts, counts * part).take(int(counts.sum()))
+            window = Line(Stretch(0, counts * part, counts * (part + 1))).take(int(counts.sum()))
             lanes = slice(part * window.sample_count, (part + 1) * window.sample_count)
             position = mi.Point2f(rng.random((2, window.sample_count)).astype(np.float32))
             constant = dr.full(mi.Float, 0.1, window.sample_count)
@@ -212,17 +202,6 @@ def test_a_hundred_thousand_samples_lose_no_precision(cornell, filter_name):
     assert statistics.variance[..., 1] == pytest.approx(0.001 * 0.999 * 49.9**2, rel=1e-4)
     if filter_name == "box":
         assert image[..., 1] == pytest.approx(exact, rel=1e-6)
-
-
-def test_lines_longer_than_32_bits():
-    counts = np.array([2**31, 2**31, 7, 2**31], np.uint32)
-    line = draw.Line(counts, np.array([0, 5, 0, 0], np.uint32))
-    line.taken = 2**32 - 1
-    window = line.take(20)
-    assert line.total == 3 * 2**31 + 7
-    pixel, index = draw.lane_pixels(window)
-    assert np.array(pixel).tolist() == [1] + [2] * 7 + [3] * 12
-    assert np.array(index).tolist() == [2**31 + 4, *range(7), *range(12)]
 
 
 def test_shrunken_variance_is_that_of_scipy():

@@ -12,7 +12,8 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 
-from tracer.draw import Samples, Window
+from tracer.draw import Samples
+from tracer.line import Window
 
 BAND_PIXELS = 1 << 16
 """Pixels of a band, except the last."""

@@ -1,49 +1,15 @@
-"""Draw samples: a list of (pixel, sample index) to radiance, on the device.
-
-The list is never stored on the host. An allocation is laid out pixel after pixel, a pass is a window of that line, and
-each lane finds its pixel by a running sum over the marks where pixels begin.
-"""
+"""Draw samples: a list of (pixel, sample index) to radiance, on the device."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
 import drjit as dr
 import mitsuba as mi
-import numpy as np
-from numpy.typing import NDArray
 
 from tracer.scene import View
-
-
-@dataclass(frozen=True)
-class Window:
-    """The part of an allocation that one pass draws: lanes ``begin[k]`` to ``end[k]`` belong to ``first_pixel + k``."""
-
-    first_pixel: int
-    sample_count: int
-    begin: NDArray[np.uint32]
-    """(pixels of the window,): first lane of each pixel."""
-    end: NDArray[np.uint32]
-    """(pixels of the window,): one past the last lane of each pixel."""
-    base: NDArray[np.uint32]
-    """(pixels of the window,): sample index minus lane (modulo 2^32)."""
-
-    def touches(self, first: int, size: int) -> bool:
-        """Say whether any of ``size`` pixels from ``first`` may have lanes."""
-        return self.first_pixel < first + size and first < self.first_pixel + len(self.begin)
-
-    def lanes_of(self, first: int, size: int) -> tuple[Any, Any]:
-        """Return (begin, end) of ``size`` pixels from ``first`` as mi.UInt32; pixels outside have no lanes."""
-        low, high = max(first, self.first_pixel), min(first + size, self.first_pixel + len(self.begin))
-        found = []
-        for lanes in (self.begin, self.end):
-            whole = np.zeros(size, np.uint32)
-            whole[low - first : high - first] = lanes[low - self.first_pixel : high - self.first_pixel]
-            found.append(mi.UInt32(whole))
-        return found[0], found[1]
 
 
 @dataclass(frozen=True)
@@ -64,49 +30,6 @@ class Samples:
 
 Moments = Callable[[list[Any], Any], tuple[list[Any], list[Any]]]
 """From the colour of a sample (mi.Float per channel) and its index (mi.UInt32) to ``moments`` and ``peaks``."""
-
-
-class Line:
-    """An allocation laid out pixel after pixel, cut into passes one after the other."""
-
-    def __init__(self, counts: NDArray[np.uint32], first: NDArray[np.uint32]) -> None:
-        """``counts`` (P,): samples to draw in each pixel; ``first`` (P,): index of the first of them."""
-        self.first = first.astype(np.int64)
-        self.ends = np.cumsum(counts, dtype=np.int64)
-        self.begins = self.ends - counts
-        self.total = int(self.ends[-1]) if len(counts) else 0
-        self.taken = 0
-
-    def take(self, size: int) -> Window:
-        """Return the next ``size`` samples, or what is left; a pixel may be split between passes."""
-        start, stop = self.taken, min(self.taken + size, self.total)
-        self.taken = stop
-        low = int(np.searchsorted(self.ends, start, side="right"))
-        high = int(np.searchsorted(self.begins, stop, side="left"))
-        begin = self.begins[low:high] - start
-        base = (self.first[low:high] - begin) & 0xFFFFFFFF
-        return Window(
-            first_pixel=low,
-            sample_count=stop - start,
-            begin=np.maximum(begin, 0).astype(np.uint32),
-            end=np.minimum(self.ends[low:high] - start, stop - start).astype(np.uint32),
-            base=base.astype(np.uint32),
-        )
-
-    def passes(self, size: int) -> Iterator[Window]:
-        """Yield the rest in passes of one size."""
-        while self.taken < self.total:
-            yield self.take(size)
-
-
-def lane_pixels(window: Window, first_pixel: int = 0) -> tuple[Any, Any]:
-    """Return (pixel, sample index) of every lane of a window, as mi.UInt32; ``first_pixel``: of the line."""
-    marks = dr.zeros(mi.UInt32, window.sample_count)
-    # Left to itself Dr.Jit chooses the mode by the size of ``marks``, and compiles one kernel for each.
-    dr.scatter_add(marks, mi.UInt32(1), mi.UInt32(window.begin), mode=dr.ReduceMode.Direct)
-    rank = dr.cumsum(marks) - 1
-    index = dr.gather(mi.UInt32, mi.UInt32(window.base), rank) + dr.arange(mi.UInt32, window.sample_count)
-    return rank + dr.opaque(mi.UInt32, first_pixel + window.first_pixel), index
 
 
 def camera_ray(view: View, sampler: Any, row: Any, column: Any) -> tuple[Any, Any, Any]:

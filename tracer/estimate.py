@@ -19,8 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.band import Tree, bands
-from tracer.draw import Samples, Window, divide
+from tracer.draw import Samples, divide
 from tracer.frame import Frame
+from tracer.line import Window
 from tracer.scene import View
 
 Floats = NDArray[np.float64]

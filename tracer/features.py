@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from tracer import draw
 from tracer.draw import divide
 from tracer.estimate import Estimate
+from tracer.line import lane_pixels, line_of
 from tracer.pilot import numbers
 from tracer.rounds import PASS_SIZES, even_pass
 from tracer.scene import View
@@ -72,14 +73,14 @@ def draw_features(
     features = FeatureView(view.scene, view.sensor, mi.load_dict({"type": "features"}), {}, filtered)
     counts = np.minimum(counts, most).astype(np.uint32)
     estimate = Estimate(features)
-    line = draw.Line(counts.ravel(), np.zeros(counts.size, np.uint32))
+    line = line_of(counts.ravel())
     with dr.suspend_grad():
         recorded = draw.Recorded(features, sampler.fork())
         key = dr.opaque(mi.UInt32, seed)
         scale = dr.opaque(mi.Float, max(most, 1) ** -0.5)
         while line.taken < line.total:
             window = line.take(even_pass(line.total - line.taken, PASS_SIZES[0]))
-            pixel, index = draw.lane_pixels(window)
+            pixel, index = lane_pixels(window)
             estimate.add(window, recorded(key, pixel, index, scale))
         recorded.close()
         image, _ = estimate.develop()

@@ -9,15 +9,12 @@ from typing import Any, Protocol
 
 import drjit as dr
 import mitsuba as mi
-import numpy as np
-from numpy.typing import NDArray
 
 from tracer import draw
 from tracer.estimate import Estimate
+from tracer.line import Counts, Line, Stretch, lane_pixels
 from tracer.rounds import PASS_SIZES, even_pass, next_pass_size
 from tracer.scene import View
-
-Counts = NDArray[np.uint32]
 
 
 @dataclass(frozen=True)
@@ -35,11 +32,13 @@ class Drawer(Protocol):
     def empty(self) -> Estimate:
         """Return an estimate without samples, to add to."""
 
-    def draw(self, estimate: Any, counts: Counts, seed: int, scale: float) -> Generator[Pass, None, None]:
-        """Add ``counts`` (grid) samples to ``estimate``, after those that it has, and tell of each pass.
+    def draw(
+        self, estimate: Any, before: Counts, after: Counts, seed: int, scale: float
+    ) -> Generator[Pass, None, None]:
+        """Add to ``estimate`` what it lacks to have ``after`` (grid) samples, and tell of each pass.
 
-        ``scale``: of ray differentials. Left early, each pixel has some of its samples, the first ones. A pass without
-        samples is a sign of life.
+        ``before`` (grid): samples there were before the round. ``scale``: of ray differentials. Left early, each pixel
+        has some of its samples, the first ones. A pass without samples is a sign of life.
         """
 
     def describe(self) -> dict[str, Any]:
@@ -69,19 +68,25 @@ class Here:
         return Estimate(self.view, *self.kinds)
 
     def draw(
-        self, estimate: Estimate, counts: Counts, seed: int, scale: float, first_pixel: int = 0
+        self, estimate: Estimate, before: Counts, after: Counts, seed: int, scale: float
     ) -> Generator[Pass, None, None]:
-        """See ``Drawer``; ``first_pixel``: of the view, for which the first one of ``estimate`` stands."""
+        """See ``Drawer``."""
+        line = Line(Stretch(0, before.ravel(), after.ravel()), estimate.drawn().ravel())
+        return self.draw_line(estimate, line, seed, scale)
+
+    def draw_line(
+        self, estimate: Estimate, line: Line, seed: int, scale: float, first_pixel: int = 0
+    ) -> Generator[Pass, None, None]:
+        """Draw a line; ``first_pixel``: of the view, for which the first one of ``estimate`` stands."""
         on_device = dr.opaque(mi.UInt32, seed), dr.opaque(mi.Float, scale)
-        line = draw.Line(counts.ravel(), estimate.drawn().ravel())
         while line.taken < line.total:
             start = time.perf_counter()
             window = line.take(even_pass(line.total - line.taken, self.pass_size, self.largest_pass))
-            pixel, index = draw.lane_pixels(window, first_pixel)
+            pixel, index = lane_pixels(window, first_pixel)
             samples = self.record(on_device[0], pixel, index, on_device[1])
             dr.sync_thread()
             drawing = time.perf_counter() - start
-            self.pass_size = next_pass_size(window.sample_count / drawing)
+            self.pass_size = next_pass_size(window.lane_count / drawing)
             estimate.add(window, samples)
             dr.sync_thread()
             yield Pass(window.sample_count, drawing, time.perf_counter() - start - drawing)

@@ -248,9 +248,9 @@ class Rendering:
         allocation = state.allocation
         assert allocation is not None
         start = time.perf_counter()
-        counts = allocation - self.estimate.drawn()
-        left = int(counts.sum())
-        with closing(self.drawer.draw(self.estimate, counts, self.seed, self.settings.spp**-0.5)) as passes:
+        left = int((allocation - self.estimate.drawn()).sum())
+        drawing = self.drawer.draw(self.estimate, state.drawn, allocation, self.seed, self.settings.spp**-0.5)
+        with closing(drawing) as passes:
             for one in passes:
                 left -= one.samples
                 state.done += one.samples

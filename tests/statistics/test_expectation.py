@@ -9,6 +9,7 @@ import tracer
 from conformance.cases import FILTERS, mitsuba_picture, name, scene
 from tracer import draw
 from tracer.estimate import Estimate
+from tracer.line import lane_pixels, line_of
 from tracer.scene import open_scene
 
 SEEDS = 32
@@ -85,8 +86,8 @@ def test_a_step_of_counts_leaves_no_trace(filter_name):
         counts[:, view.grid[1] // 2 :] = 1024
         for seed in range(SEEDS):
             estimate = Estimate(view)
-            for window in draw.Line(counts.ravel(), np.zeros(counts.size, np.uint32)).passes(1 << 20):
-                pixel, index = draw.lane_pixels(window)
+            for window in line_of(counts.ravel()).passes(1 << 20):
+                pixel, index = lane_pixels(window)
                 estimate.add(window, recorded(mi.UInt32(seed), pixel, index, mi.Float(1 / 8)))
             images.append(estimate.develop()[0])
         recorded.close()

@@ -12,6 +12,7 @@ from tracer.cluster.regions import Region
 from tracer.cluster.setup import Work
 from tracer.estimate import Estimate, Statistics
 from tracer.frame import Frame
+from tracer.line import Counts, Stretch
 
 Gather = Callable[["Held"], Estimate]
 Scatter = Callable[[Estimate], list[Region]]
@@ -28,16 +29,28 @@ class Held(Estimate):
         self.regions = [Region(0, view.pixel_count)]
         self.work: Work | None = None
         """What its samples have in common, once there are any."""
+        self.begun: list[NDArray] | None = None
+        """Sums of an earlier render that this one goes on from. No worker can draw them again, so they are kept."""
+        self.rounds: list[Stretch] = []
+        """What was drawn since then, or is being drawn."""
         self.known = nothing(view, moments, peaks)
         self.whole_here: Estimate | None = None
 
     def learn(self, region: Region, found: Statistics) -> None:
         """Take in the statistics of a region, of a grid of one row."""
-        pixels = slice(region.first, region.first + region.size)
         for name, values in vars(found).items():
             mine = getattr(self.known, name)
-            mine.reshape(self.view.pixel_count, *mine.shape[2:])[pixels] = values[0]
+            mine.reshape(self.view.pixel_count, *mine.shape[2:])[region.pixels] = values[0]
         self.whole_here = None
+
+    def rounds_of(self, region: Region, goal: Counts) -> list[Stretch]:
+        """Return what has to be drawn of a region, so that its pixels go from what there was to ``goal`` (P,)."""
+        found = []
+        for whole in self.rounds:
+            before, after = whole.before[region.pixels], whole.after[region.pixels]
+            if np.any(before < after) and np.all(after <= goal):
+                found.append(whole.part(region.first, region.size))
+        return found
 
     def statistics(self) -> Statistics:
         """See ``Estimate``."""
@@ -69,6 +82,7 @@ class Held(Estimate):
         """See ``Estimate``."""
         whole = Estimate(self.view, self.moments, self.peaks)
         whole.restore(state)
+        self.begun = state[1:]
         self.known = whole.statistics()
         self.regions = self.scatter(whole)
         self.whole_here = whole

@@ -85,7 +85,7 @@ class Post:
         drawn = self.client.map(draw_unit, *zip(*pieces, strict=True), **alike, pure=False, **where)
         told = self.client.map(tell, drawn, pure=False, **where)
         self.traffic.units += len(pieces)
-        self.traffic.bytes_sent += sum(counts.nbytes for *_, counts in pieces)
+        self.traffic.bytes_sent += sum(each.nbytes for *_, stretches in pieces for each in stretches)
         return list(zip(drawn, told, strict=True))
 
     def listen(self, future: Future, about: Any) -> None:

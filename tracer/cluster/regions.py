@@ -38,6 +38,11 @@ class Region:
     worker: str | None = None
     """Who has the sums."""
 
+    @property
+    def pixels(self) -> slice:
+        """Where its pixels are in arrays of the whole picture."""
+        return slice(self.first, self.first + self.size)
+
 
 def seconds_of(regions: Sequence[Region], counts: NDArray[np.uint32]) -> list[float] | None:
     """Return how long each region is expected to take for its ``counts`` (P,); None if none has been drawn yet."""
@@ -50,7 +55,7 @@ def seconds_of(regions: Sequence[Region], counts: NDArray[np.uint32]) -> list[fl
 
 def samples_of(region: Region, counts: NDArray[np.uint32]) -> int:
     """Return the samples of a region."""
-    return int(counts[region.first : region.first + region.size].sum(dtype=np.int64))
+    return int(counts[region.pixels].sum(dtype=np.int64))
 
 
 def divide(regions: Sequence[Region], counts: NDArray[np.uint32], workers: int) -> list[Region]:
@@ -69,7 +74,7 @@ def divide(regions: Sequence[Region], counts: NDArray[np.uint32], workers: int) 
 
 def split(region: Region, counts: NDArray[np.uint32], parts: int) -> list[Region]:
     """Return a region in so many parts with about equally many samples, or fewer, as no pixel is cut."""
-    ends = np.cumsum(counts[region.first : region.first + region.size], dtype=np.int64)
+    ends = np.cumsum(counts[region.pixels], dtype=np.int64)
     shares = ends[-1] * np.arange(1, parts) // max(parts, 1)
     borders = np.unique([0, *np.minimum(np.searchsorted(ends, shares, side="left") + 1, region.size), region.size])
     return [

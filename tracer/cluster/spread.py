@@ -23,7 +23,8 @@ from tracer.criteria import Criterion
 from tracer.draw import moment_counts
 from tracer.errors import SceneMissingError
 from tracer.estimate import Estimate
-from tracer.here import Counts, Pass
+from tracer.here import Pass
+from tracer.line import Counts, Stretch
 from tracer.scene import View
 
 LATE = 3.0
@@ -41,9 +42,9 @@ class Unit:
     """Samples of consecutive pixels, and the futures that will know of them."""
 
     region: Region
-    counts: NDArray[np.uint32]
+    counts: Counts
     """(P,): samples to draw."""
-    goal: NDArray[np.uint32]
+    goal: Counts
     """(P,): samples there are to be afterwards."""
     sent: float = 0.0
     tries: int = 0
@@ -67,18 +68,20 @@ class Spread:
         """See ``Drawer``."""
         return Held(self.view, *self.kinds, gather=self.gather, scatter=self.scatter)
 
-    def draw(self, estimate: Held, counts: Counts, seed: int, scale: float) -> Generator[Pass, None, None]:
+    def draw(
+        self, estimate: Held, before: Counts, after: Counts, seed: int, scale: float
+    ) -> Generator[Pass, None, None]:
         """See ``Drawer``. Raises ClusterError."""
         estimate.work = replace(self.work, seed=seed, scale=scale)
-        flat = counts.ravel()
-        goal = estimate.drawn().ravel() + flat
+        goal = after.ravel()
+        estimate.rounds.append(Stretch(0, before.ravel(), goal))
+        counts = goal - estimate.drawn().ravel()
         with self.post.in_reach():
-            estimate.regions = divide(estimate.regions, flat, len(self.post.workers()))
+            estimate.regions = divide(estimate.regions, counts, len(self.post.workers()))
             units = []
             for region in estimate.regions:
-                pixels = slice(region.first, region.first + region.size)
-                if flat[pixels].any():
-                    units.append(Unit(region, flat[pixels], goal[pixels]))
+                if counts[region.pixels].any():
+                    units.append(Unit(region, counts[region.pixels], goal[region.pixels]))
             yield from self.carry_out(estimate, units)
 
     def carry_out(self, estimate: Held, units: list[Unit]) -> Generator[Pass, None, None]:
@@ -114,7 +117,7 @@ class Spread:
         regions = [unit.region for unit in units]
         counts = np.zeros(self.view.pixel_count, np.uint32)
         for unit in units:
-            counts[unit.region.first : unit.region.first + unit.region.size] = unit.counts
+            counts[unit.region.pixels] = unit.counts
         seconds = seconds_of(regions, counts)
         if seconds is None:
             self.send(estimate, units)
@@ -128,19 +131,25 @@ class Spread:
             self.send(estimate, lost, worker=worker, anew=True)
 
     def send(self, estimate: Held, units: list[Unit], worker: str | None = None, anew: bool = False) -> None:
-        """Ask for units; ``anew``: with all samples of their pixels, so that no sums are needed."""
+        """Ask for units; ``anew``: without the sums that a worker has."""
         if not units:
             return
-        pieces = [
-            (None if anew else one.region.source, one.region.skip, one.region.first, one.goal if anew else one.counts)
-            for one in units
-        ]
+        pieces = [self.piece(estimate, one, anew) for one in units]
         self.post.traffic.again += len(units) if anew else 0
         pairs = self.post.send(pieces, worker, setup=self.setup, work=estimate.work)
         for unit, (whole, told) in zip(units, pairs, strict=True):
             unit.futures.append((whole, told))
             unit.sent = unit.sent or time.monotonic()
             self.post.listen(told, (unit, whole))
+
+    def piece(self, estimate: Held, unit: Unit, anew: bool) -> tuple[Any, int, int, int, list[Stretch]]:
+        """Return the arguments of ``draw_unit`` for a unit."""
+        region = unit.region
+        place = region.first, region.size
+        if region.source is not None and not anew:
+            return region.source, region.skip, *place, [estimate.rounds[-1].part(*place)]
+        begun = None if estimate.begun is None else self.put(estimate.begun, *place)
+        return begun, 0, *place, estimate.rounds_of(region, unit.goal)
 
     def settle(self, estimate: Held, unit: Unit, whole: Any, known: Any, took: Took) -> None:
         """Take in a unit that is done, and forget who else was asked for it."""
@@ -224,12 +233,14 @@ class Spread:
         """Take sums to workers; return where they are."""
         arrays = whole.state()[1:]
         size = -(-self.view.pixel_count // len(self.post.workers()))
-        found = []
-        for first in range(0, self.view.pixel_count, size):
-            pieces = [each[first : first + size] for each in arrays]
-            (future,) = self.crew.client.scatter([{"sums": Sums(None, pack(pieces))}], hash=False)
-            found.append(Region(first, len(pieces[0]), future))
-        return found
+        pieces = [(first, min(size, self.view.pixel_count - first)) for first in range(0, self.view.pixel_count, size)]
+        return [Region(*piece, self.put(arrays, *piece)) for piece in pieces]
+
+    def put(self, arrays: list[NDArray], first: int, size: int) -> Any:
+        """Take the sums of ``size`` pixels from ``first`` to a worker; return the future that stands for them."""
+        pieces = [each[first : first + size] for each in arrays]
+        (future,) = self.crew.client.scatter([{"sums": Sums(None, pack(pieces))}], hash=False)
+        return future
 
     def describe(self) -> dict[str, Any]:
         """Return units and bytes."""
@@ -240,9 +251,9 @@ class Spread:
 
 
 def anew(estimate: Held, first: int) -> Unit:
-    """Return a unit that draws all samples of a region once more."""
+    """Return a unit that draws the samples of a region once more."""
     region = next(each for each in estimate.regions if each.first == first)
-    goal = estimate.drawn().ravel()[first : first + region.size]
+    goal = estimate.drawn().ravel()[region.pixels]
     return Unit(replace(region, source=None, skip=0), goal, goal)
 
 

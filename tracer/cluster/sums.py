@@ -76,7 +76,7 @@ def write(sums: Buffer, region: Region, arrays: Sequence[NDArray]) -> None:
     """Write the sums of a region to their places in arrays (P,) of the whole picture."""
     pieces = cut(sums, [each.dtype for each in arrays], region.skip, region.size)
     for array, piece in zip(arrays, pieces, strict=True):
-        array[region.first : region.first + region.size] = piece
+        array[region.pixels] = piece
 
 
 def by_source(regions: Sequence[Region]) -> list[list[Region]]:

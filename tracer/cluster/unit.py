@@ -9,11 +9,12 @@ from typing import Any, TypedDict
 import drjit as dr
 import numpy as np
 from distributed import get_worker
-from numpy.typing import NDArray
 
 from tracer.cluster.setup import Setup, Work, require_same, software
 from tracer.cluster.stage import DEVICE, stage_for
 from tracer.cluster.sums import TRASH, Sums
+from tracer.here import Pass
+from tracer.line import Line, Stretch
 from tracer.memory import SMALLEST_PASS
 
 
@@ -33,21 +34,24 @@ def draw_unit(
     before: dict[str, Any] | None,
     skip: int,
     first_pixel: int,
-    counts: NDArray[np.uint32],
+    size: int,
+    stretches: list[Stretch],
     *,
     setup: Setup,
     work: Work,
 ) -> dict[str, Any]:
-    """Draw ``counts`` (P,) samples of the pixels from ``first_pixel``, and add them to the sums there are.
+    """Draw what ``size`` pixels from ``first_pixel`` lack of one or several rounds, and add it to the sums there are.
 
     ``before``: what an earlier unit returned for these pixels and others, ``skip`` pixels before them; None: there are
-    no sums yet. Returns ``sums`` (Sums), ``known`` (Statistics of a grid of one row) and ``took`` (samples,
-    seconds). Raises ClusterError if this worker is not made of the same as the client.
+    no sums yet. ``stretches``: of each round, these pixels and those that share packets with them.
+
+    Returns ``sums`` (Sums), ``known`` (Statistics of a grid of one row) and ``took`` (samples, seconds). Raises ClusterError if this worker is not made of the same as the client.
     """
     worker = get_worker()
     require_same(software(), work.made_of, worker.address)
     place = Path(worker.local_directory), worker.state.nthreads
-    return DEVICE.submit(draw_on_device, worker.address, setup, place, work, before, skip, first_pixel, counts).result()
+    pixels = first_pixel, size
+    return DEVICE.submit(draw_on_device, worker.address, setup, place, work, before, skip, pixels, stretches).result()
 
 
 def draw_on_device(
@@ -57,10 +61,10 @@ def draw_on_device(
     work: Work,
     before: dict[str, Any] | None,
     skip: int,
-    first_pixel: int,
-    counts: NDArray[np.uint32],
+    pixels: tuple[int, int],
+    stretches: list[Stretch],
 ) -> dict[str, Any]:
-    """Do the work of ``draw_unit``; ``place``: folder and threads of the worker."""
+    """Do the work of ``draw_unit``; ``place``: folder and threads of the worker, ``pixels``: the first, how many."""
     start = time.perf_counter()
     TRASH.clear()
     stage = stage_for(setup, *place)
@@ -68,10 +72,16 @@ def draw_on_device(
     drawer = stage.drawer(work.criterion)
     drawer.largest_pass = work.largest_pass
     with dr.suspend_grad():
-        strip = stage.strip(len(counts), drawer.kinds)
+        first, size = pixels
+        strip = stage.strip(size, drawer.kinds)
         if before is not None:
             before["sums"].fill(strip, skip)
-        passes = list(drawer.draw(strip, counts, work.seed, work.scale, first_pixel))
+        passes: list[Pass] = []
+        for stretch in stretches:
+            drawn = stretch.after.copy()  # of its neighbours nothing is to be drawn
+            drawn[first - stretch.first_pixel :][:size] = strip.drawn().ravel()
+            line = Line(stretch, drawn, first)
+            passes += drawer.draw_line(strip, line, work.seed, work.scale, first)
         known = strip.statistics()
         dr.sync_thread()
     took = Took(
@@ -94,10 +104,10 @@ def prepare(setup: Setup) -> None:
     worker = get_worker()
     place = Path(worker.local_directory), worker.state.nthreads
     work = Work(software(), None, SMALLEST_PASS, 0, 1.0)
-    few = np.ones(1, np.uint32)
+    one = np.ones(1, np.uint32)
 
     def compile_all() -> None:
-        drawn = draw_on_device(worker.address, setup, place, work, None, 0, 0, few)
-        draw_on_device(worker.address, setup, place, work, drawn, 0, 0, few)
+        drawn = draw_on_device(worker.address, setup, place, work, None, 0, (0, 1), [Stretch(0, 0 * one, one)])
+        draw_on_device(worker.address, setup, place, work, drawn, 0, (0, 1), [Stretch(0, one, 2 * one)])
 
     DEVICE.submit(compile_all)
