@@ -68,6 +68,17 @@ def test_all_workers_may_be_killed(alone):
         same(tracer.render(SCENE, cluster=client, progress=kill, **SETTINGS), alone)
 
 
+def test_workers_may_be_killed_after_a_render_goes_on(alone, tmp_path):
+    """What was drawn before is in no worker's reach any more."""
+    path = tmp_path / "state.ckpt"
+    total = SETTINGS["spp"] * SETTINGS["size"] ** 2
+    tracer.render(SCENE, checkpoint=path, progress=lambda now: now.done < 0.3 * total, **SETTINGS)
+    with own_cluster(2) as cluster, connected(cluster) as client:
+        victims = list(client.run(os.getpid).values())
+        kill = once(0.6, lambda: [os.kill(victim, 9) for victim in victims])
+        same(tracer.render(SCENE, cluster=client, checkpoint=path, resume=True, progress=kill, **SETTINGS), alone)
+
+
 def test_a_worker_that_comes_late_changes_nothing_and_helps(alone):
     with own_cluster(1) as cluster, connected(cluster) as client:
         drawn_by = set()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import tracer
-from tracer import scenes
+from tracer import checkpoint, scenes
 from tracer.cluster import regions
 from tracer.cluster.crew import connected, own_cluster
 from tracer.errors import SceneError, SettingsError
@@ -43,6 +43,21 @@ def test_the_size_of_units_does_not_matter(two_workers, monkeypatch, seconds):
     monkeypatch.setattr(regions, "MOST_SECONDS", seconds)
     monkeypatch.setattr(regions, "FIRST_SAMPLES", 8000)
     same(render(cluster=two_workers), render())
+
+
+@pytest.mark.parametrize("criterion", ["uniform", "fused"])
+def test_rays_that_meet_two_surfaces_take_the_same_one(two_workers, tmp_path, monkeypatch, criterion):
+    """Which one depends on the rays beside them: packets that begin anew with each unit change sums."""
+    monkeypatch.setattr(regions, "FIRST_SAMPLES", 1 << 17)
+    room = Path(scenes.__file__).parent / "window_interior.xml"
+    sums = []
+    for cluster in (None, two_workers):
+        path = tmp_path / f"{len(sums)}.ckpt"
+        tracer.render(room, size=256, spp=61, criterion=criterion, cluster=cluster, checkpoint=path)
+        sums.append(checkpoint.read(path).arrays)
+    assert sums[0].keys() == sums[1].keys()
+    for name, values in sums[0].items():
+        assert np.array_equal(values, sums[1][name]), name
 
 
 @pytest.mark.slow

@@ -9,6 +9,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
 
+import dask
 from distributed import CancelledError, Future, KilledWorker
 from distributed.client import ClosedClientError
 from distributed.utils_comm import gather_from_workers
@@ -21,6 +22,8 @@ TICK = 0.5
 """Seconds after which a person is heard, even if nothing came."""
 GONE_SECONDS = 10.0
 """A scheduler that cannot be reached for so long is gone."""
+LARGEST_LETTER = "100 GiB"
+"""Of which Dask does not warn: sums go with units where there is no other way."""
 UNANSWERED = (OSError, TimeoutError, ClosedClientError)
 """What Dask raises where a scheduler does not answer."""
 
@@ -82,7 +85,8 @@ class Post:
     def send(self, pieces: Sequence[tuple[Any, ...]], worker: str | None, **alike: Any) -> list[tuple[Future, Future]]:
         """Ask for units, if it is given from a ``worker``; return what will be drawn and what will be told of it."""
         where = {} if worker is None else {"workers": [worker], "allow_other_workers": True}
-        drawn = self.client.map(draw_unit, *zip(*pieces, strict=True), **alike, pure=False, **where)
+        with dask.config.set({"distributed.admin.large-graph-warning-threshold": LARGEST_LETTER}):
+            drawn = self.client.map(draw_unit, *zip(*pieces, strict=True), **alike, pure=False, **where)
         told = self.client.map(tell, drawn, pure=False, **where)
         self.traffic.units += len(pieces)
         self.traffic.bytes_sent += sum(each.nbytes for *_, stretches in pieces for each in stretches)

@@ -17,7 +17,7 @@ from tracer.cluster.held import Held
 from tracer.cluster.post import TICK, Post, explained
 from tracer.cluster.regions import Region, deal, divide, seconds_of
 from tracer.cluster.setup import Setup, Work, software
-from tracer.cluster.sums import Sums, by_source, pack, write
+from tracer.cluster.sums import Sums, by_source, packed, write
 from tracer.cluster.unit import Took
 from tracer.criteria import Criterion
 from tracer.draw import moment_counts
@@ -148,7 +148,8 @@ class Spread:
         place = region.first, region.size
         if region.source is not None and not anew:
             return region.source, region.skip, *place, [estimate.rounds[-1].part(*place)]
-        begun = None if estimate.begun is None else self.put(estimate.begun, *place)
+        # With the unit itself, as a worker that would be given them first may be gone, too.
+        begun = None if estimate.begun is None else {"sums": Sums(None, packed(estimate.begun, *place))}
         return begun, 0, *place, estimate.rounds_of(region, unit.goal)
 
     def settle(self, estimate: Held, unit: Unit, whole: Any, known: Any, took: Took) -> None:
@@ -233,14 +234,12 @@ class Spread:
         """Take sums to workers; return where they are."""
         arrays = whole.state()[1:]
         size = -(-self.view.pixel_count // len(self.post.workers()))
-        pieces = [(first, min(size, self.view.pixel_count - first)) for first in range(0, self.view.pixel_count, size)]
-        return [Region(*piece, self.put(arrays, *piece)) for piece in pieces]
-
-    def put(self, arrays: list[NDArray], first: int, size: int) -> Any:
-        """Take the sums of ``size`` pixels from ``first`` to a worker; return the future that stands for them."""
-        pieces = [each[first : first + size] for each in arrays]
-        (future,) = self.crew.client.scatter([{"sums": Sums(None, pack(pieces))}], hash=False)
-        return future
+        found = []
+        for first in range(0, self.view.pixel_count, size):
+            place = first, min(size, self.view.pixel_count - first)
+            (future,) = self.crew.client.scatter([{"sums": Sums(None, packed(arrays, *place))}], hash=False)
+            found.append(Region(*place, future))
+        return found
 
     def describe(self) -> dict[str, Any]:
         """Return units and bytes."""

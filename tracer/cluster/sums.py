@@ -61,6 +61,11 @@ def pack(arrays: Sequence[NDArray]) -> Buffer:
     return np.concatenate([each.view(np.uint8) for each in arrays])
 
 
+def packed(arrays: Sequence[NDArray], first: int, size: int) -> Buffer:
+    """Return in one piece the sums of ``size`` pixels from ``first`` in arrays of the whole picture."""
+    return pack([each[first : first + size] for each in arrays])
+
+
 def cut(sums: Buffer, kinds: Sequence[np.dtype], skip: int, size: int) -> list[NDArray]:
     """Return the arrays, of these ``kinds``, that a buffer holds, for ``size`` pixels from the one after ``skip``."""
     pixels = len(sums) // sum(kind.itemsize for kind in kinds)
