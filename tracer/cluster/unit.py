@@ -45,7 +45,8 @@ def draw_unit(
     ``before``: what an earlier unit returned for these pixels and others, ``skip`` pixels before them; None: there are
     no sums yet. ``stretches``: of each round, these pixels and those that share packets with them.
 
-    Returns ``sums`` (Sums), ``known`` (Statistics of a grid of one row) and ``took`` (samples, seconds). Raises ClusterError if this worker is not made of the same as the client.
+    Returns ``sums`` (Sums), ``known`` (Statistics of a grid of one row) and ``took`` (samples, seconds). Raises
+    ClusterError if this worker is not made of the same as the client.
     """
     worker = get_worker()
     require_same(software(), work.made_of, worker.address)
