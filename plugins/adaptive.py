@@ -64,6 +64,7 @@ from tracer.loop import render_view
 from tracer.result import Result
 from tracer.scene import open_scene, require_nestable
 from tracer.settings import Settings, check_settings, make_settings
+from tracer.upload import upload_tensor
 
 
 class AdaptiveIntegrator(mi.SamplingIntegrator):
@@ -101,7 +102,7 @@ class AdaptiveIntegrator(mi.SamplingIntegrator):
         with open_scene(scene, chosen, self) as view:
             self.result = render_view(view, make_settings(**settings))
             view.fill_film(self.result.image)
-        return mi.TensorXf(self.result.image)
+        return upload_tensor(self.result.image)
 
     def render_forward(
         self, scene: mi.Scene, params: Any, sensor: int | mi.Sensor = 0, seed: mi.UInt32 | int = 0, spp: int = 0

@@ -23,10 +23,10 @@ from tracer.draw import Samples, divide
 from tracer.frame import Frame
 from tracer.line import Window
 from tracer.scene import View
+from tracer.upload import upload
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
-ALIGNMENT = 64
 PRIOR_RADIUS, PRIOR_DEGREES = 3, 16.0
 """Pixels on each side, and the degrees of freedom that they stand for, of the variance around a pixel. With 7 x 7 and
 16 the true error of the bundled scenes is 0.4 to 1.4 standard errors (RMS), most where light is rare."""
@@ -254,16 +254,7 @@ def rebuilt(tree: Tree, arrays: Iterator[NDArray]) -> Tree:
     """Return nested lists of the shape of ``tree`` from the next ``arrays``."""
     if isinstance(tree, list):
         return [rebuilt(entry, arrays) for entry in tree]
-    return type(tree)(aligned(next(arrays)))
-
-
-def aligned(array: NDArray) -> NDArray:
-    """Return a copy of an array (P,) at an address that Dr.Jit likes: for any other it compiles kernels anew."""
-    room = np.empty(array.nbytes + ALIGNMENT, np.uint8)
-    begin = -room.ctypes.data % ALIGNMENT
-    found = room[begin : begin + array.nbytes].view(array.dtype)
-    found[:] = array
-    return found
+    return upload(type(tree), next(arrays))
 
 
 def to_host(array: Any, shape: tuple[int, int]) -> NDArray:

@@ -18,6 +18,7 @@ from tracer.line import lane_pixels, line_of
 from tracer.pilot import numbers
 from tracer.rounds import PASS_SIZES, even_pass
 from tracer.scene import View
+from tracer.upload import upload
 
 Singles = NDArray[np.float32]
 MOST = 32
@@ -106,5 +107,5 @@ def shape_numbers(view: View) -> tuple[NDArray[np.uint32], list[str]]:
     table = np.zeros(max(own, default=0) + 1, np.uint32)
     table[own] = np.arange(1, len(own) + 1)
     known = found.is_valid() & (number < len(table))
-    order = dr.gather(mi.UInt32, mi.UInt32(table), number, known)
+    order = dr.gather(mi.UInt32, upload(mi.UInt32, table), number, known)
     return np.asarray(order.numpy()).reshape(height, width), [each.id() or each.class_name() for each in shapes]

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
 from tracer.score import luminance
+from tracer.upload import upload
 
 
 class Frame:
@@ -55,13 +57,13 @@ class Frame:
         """Return the colours (H, W, 3) of an image (H, W, C) in these channels, as linear sRGB."""
         colour = image[..., : self.colour_channels]
         if self.channels[0] == "X":
-            return np.array(mi.xyz_to_srgb(mi.Color3f(colour.reshape(-1, 3).T))).T.reshape(colour.shape)
+            return np.array(mi.xyz_to_srgb(colours(colour))).T.reshape(colour.shape)
         return colour.repeat(3, axis=-1) if self.colour_channels == 1 else colour
 
     def from_rgb(self, rgb: NDArray) -> NDArray:
         """Return the colour channels (H, W, 1 or 3) of these channels from linear sRGB (H, W, 3)."""
         if self.channels[0] == "X":
-            return np.array(mi.srgb_to_xyz(mi.Color3f(rgb.reshape(-1, 3).T))).T.reshape(rgb.shape)
+            return np.array(mi.srgb_to_xyz(colours(rgb))).T.reshape(rgb.shape)
         return luminance(rgb)[..., None] if self.colour_channels == 1 else rgb
 
 
@@ -74,3 +76,8 @@ class PlainFrame(Frame):
     channels: list[str]
     reach: int
     window: tuple[int, int, int, int]
+
+
+def colours(image: NDArray) -> Any:
+    """Return the colours of an image (H, W, 3), pixel after pixel, as mi.Color3f."""
+    return mi.Color3f(*(upload(mi.Float, channel) for channel in image.reshape(-1, 3).T))

@@ -20,6 +20,8 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.upload import upload
+
 PACKET = 16
 """Lanes whose rays Embree traces together, or a multiple: 4, 8 or 16, by what the processor has."""
 
@@ -58,7 +60,7 @@ class Window:
         for lanes in (self.own, self.end):
             whole = np.zeros(size, np.uint32)
             whole[low - first : high - first] = lanes[low - self.first_pixel : high - self.first_pixel]
-            found.append(mi.UInt32(whole))
+            found.append(upload(mi.UInt32, whole))
         return found[0], found[1]
 
 
@@ -183,7 +185,7 @@ def lane_pixels(window: Window, first_pixel: int = 0) -> tuple[Any, Any]:
     """
     marks = dr.zeros(mi.UInt32, window.lane_count)
     # Left to itself Dr.Jit chooses the mode by the size of ``marks``, and compiles one kernel for each.
-    dr.scatter_add(marks, mi.UInt32(1), mi.UInt32(window.begin), mode=dr.ReduceMode.Direct)
+    dr.scatter_add(marks, mi.UInt32(1), upload(mi.UInt32, window.begin), mode=dr.ReduceMode.Direct)
     rank = dr.cumsum(marks) - 1
-    index = dr.gather(mi.UInt32, mi.UInt32(window.base), rank) + dr.arange(mi.UInt32, window.lane_count)
+    index = dr.gather(mi.UInt32, upload(mi.UInt32, window.base), rank) + dr.arange(mi.UInt32, window.lane_count)
     return rank + dr.opaque(mi.UInt32, first_pixel + window.first_pixel), index

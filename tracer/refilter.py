@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import correlate1d
 
+from tracer.upload import upload
+
 BOX_VARIANCE = 1 / 12
 """Of a box one pixel wide, in square pixels."""
 MOST_AT_ONCE = 0.5
@@ -43,5 +45,5 @@ def filter_variance(reconstruction_filter: Any) -> float:
         return BOX_VARIANCE
     radius = float(reconstruction_filter.radius())
     x = (np.arange(4096) + 0.5) / 4096 * 2 * radius - radius
-    weight = np.asarray(reconstruction_filter.eval(mi.Float(x)).numpy(), np.float64)
+    weight = np.asarray(reconstruction_filter.eval(upload(mi.Float, x)).numpy(), np.float64)
     return float((x * x * weight).sum() / weight.sum())

@@ -17,6 +17,7 @@ from tracer.errors import SceneError, SettingsError
 from tracer.frame import Frame
 from tracer.load_error import load_error, render_error
 from tracer.source import LOAD_ERRORS, describe, load
+from tracer.upload import upload_tensor
 
 Crop = tuple[int, int, int, int] | None
 """x, y, width and height in pixels of a part of the film."""
@@ -97,7 +98,7 @@ class View(Frame):
         after = image[..., self.colour_channels :]
         alpha, aovs = after[..., : after.shape[-1] - len(names)], after[..., after.shape[-1] - len(names) :]
         parts = [colour, alpha, np.ones_like(image[..., :1]), aovs]
-        tensor = mi.TensorXf(np.concatenate(parts, axis=-1).astype(np.float32))
+        tensor = upload_tensor(np.concatenate(parts, axis=-1))
         self.film.put_block(mi.ImageBlock(tensor, mi.ScalarPoint2i(self.film.crop_offset())))
 
     def to_channels(self, spectrum: Any, valid: Any, wavelengths: Any) -> list[Any]:

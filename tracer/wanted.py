@@ -17,6 +17,7 @@ from tracer.load_error import nearest
 from tracer.pictures import read_values
 from tracer.scene import View
 from tracer.settings import Settings
+from tracer.upload import upload
 
 Floats = NDArray[np.float64]
 
@@ -79,7 +80,7 @@ def weight_table(view: View, weights: dict[str, float]) -> Any:
             + (" Meshes that Mitsuba has merged have lost theirs: load the scene with optimize=False." * ("" in shapes))
         )
     numbers = {name: int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shapes[name]))[0]) for name in weights}
-    table = np.ones(max(numbers.values()) + 1, np.float32)
+    table = np.ones(max(numbers.values()) + 1)
     for name, weight in weights.items():
         table[numbers[name]] = weight
-    return mi.Float(table)
+    return upload(mi.Float, table)

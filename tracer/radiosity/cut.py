@@ -17,6 +17,7 @@ from tracer.radiosity.albedo import not_diffuse
 from tracer.radiosity.hemisphere import NOTHING
 from tracer.radiosity.patches import Patches
 from tracer.radiosity.tessellate import name_of, tessellated
+from tracer.upload import upload
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -84,10 +85,10 @@ def cut(scene: Any, size: float | None = None) -> Patches:
         emitted=emitted,
         not_diffuse=names,
         first_face=first_faces(shapes, [len(n) for n in cuts]),
-        first_cell=mi.UInt32((np.cumsum(each) - each).astype(np.uint32)),
-        cuts=mi.UInt32(np.concatenate(cuts).astype(np.uint32)),
-        back=mi.UInt32(numbers.astype(np.uint32)),
-        face=mi.UInt32(np.concatenate([face_of, face_of[has_back]]).astype(np.uint32)),
+        first_cell=upload(mi.UInt32, np.cumsum(each) - each),
+        cuts=upload(mi.UInt32, np.concatenate(cuts)),
+        back=upload(mi.UInt32, numbers),
+        face=upload(mi.UInt32, np.concatenate([face_of, face_of[has_back]])),
     )
 
 
@@ -161,8 +162,8 @@ def side(shape: Any, face: Integers, places: Floats, areas: Floats, front: bool)
     """Return (centres, normals, areas, albedo, emitted) of one side of the cells of a shape."""
     found = dr.zeros(mi.PreliminaryIntersection3f, len(face))
     found.t = 1
-    found.prim_index = mi.UInt32(face.astype(np.uint32))
-    found.prim_uv = mi.Point2f(*places.T.astype(np.float32))
+    found.prim_index = upload(mi.UInt32, face)
+    found.prim_uv = mi.Point2f(*(upload(mi.Float, each) for each in places.T))
     interaction = shape.compute_surface_interaction(dr.zeros(mi.Ray3f, len(face)), found, mi.RayFlags.All)
     interaction.wi = mi.Vector3f(0, 0, 1 if front else -1)
     normals = np.array(interaction.n, np.float64).T * (1 if front else -1)
@@ -199,4 +200,4 @@ def first_faces(shapes: list[Any], counts: list[int]) -> Any:
     numbers = [int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))[0]) for shape in shapes]
     table = np.zeros(max(numbers) + 1, np.uint32)
     table[numbers] = np.cumsum(counts) - counts
-    return mi.UInt32(table)
+    return upload(mi.UInt32, table)

@@ -18,6 +18,7 @@ from tracer.draw import divide
 from tracer.radiosity.groups import Groups
 from tracer.radiosity.hemisphere import MOST_RAYS, See
 from tracer.radiosity.lattice import Way, evenly
+from tracer.upload import upload
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -67,6 +68,6 @@ def passes(count: int, rays: int, way: Way, guided: Chosen | None = None) -> Ite
 def hemisphere_rays(groups: Groups, points: Integers, rays: int, way: Way, seed: int) -> tuple[mi.Ray3f, mi.Float]:
     """Return ``rays`` rays of each of some points, by number, and what each stands for of pi."""
     lane, number = divide(dr.arange(mi.UInt32, len(points) * rays), rays)
-    point = dr.gather(mi.UInt32, mi.UInt32(points.astype(np.uint32)), lane)
+    point = dr.gather(mi.UInt32, upload(mi.UInt32, points), lane)
     local, weight = way(point, number, dr.opaque(mi.UInt32, rays), seed)
     return groups.leave(point, local), weight

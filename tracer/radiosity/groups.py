@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.hashing import mix
+from tracer.upload import upload
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -38,7 +39,7 @@ class Points:
     @cached_property
     def rows(self) -> tuple[Any, Any]:
         """Places and normals as mi.Float, x, y, z in turn."""
-        return mi.Float(self.places.astype(np.float32).ravel()), mi.Float(self.normals.astype(np.float32).ravel())
+        return upload(mi.Float, self.places), upload(mi.Float, self.normals)
 
     @cached_property
     def outside(self) -> float:
@@ -75,8 +76,8 @@ class Groups:
     @cached_property
     def rows(self) -> tuple[Any, Any, Any, Any]:
         """Members, first (mi.UInt32), group_of, and the normals as mi.Float."""
-        whole = (mi.UInt32(each.astype(np.uint32)) for each in (self.members, self.first, self.group_of))
-        return *whole, mi.Float(self.normals.astype(np.float32).ravel())
+        whole = (upload(mi.UInt32, each) for each in (self.members, self.first, self.group_of))
+        return *whole, upload(mi.Float, self.normals)
 
     def group(self, point: Any) -> Any:
         """Return the group of points (both mi.UInt32)."""

@@ -23,6 +23,7 @@ from tracer.radiosity.groups import Groups
 from tracer.radiosity.lattice import spread
 from tracer.radiosity.projected import cosine_in_triangle, table_of
 from tracer.radiosity.pyramid import Pyramid, pyramid
+from tracer.upload import upload
 from tracer.viewpoint.item_buffer import to_unit
 
 Floats = NDArray[np.float64]
@@ -178,9 +179,7 @@ def look(
     for first in range(0, len(group), most):
         some = slice(first, first + most)
         region, number = divide(dr.arange(mi.UInt32, len(group[some]) * count), count)
-        of, which = (
-            dr.gather(mi.UInt32, mi.UInt32(each[some].astype(np.uint32)), region) for each in (group, triangle)
-        )
+        of, which = (dr.gather(mi.UInt32, upload(mi.UInt32, each[some]), region) for each in (group, triangle))
         key = mix(region ^ mix(dr.opaque(mi.UInt32, (seed + first + 0x68E31DA4) & NOTHING)))
         u = spread(number, dr.opaque(mi.UInt32, count), key)
         v = to_unit(number * GOLDEN_RATIO + mix(key))

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from tracer.radiosity.groups import Points
 from tracer.radiosity.hemisphere import NOTHING, See
+from tracer.upload import upload
 
 Floats = NDArray[np.float64]
 
@@ -55,7 +56,7 @@ class Patches:
     @cached_property
     def front_normals(self) -> Any:
         """mi.Float: normals of the fronts of all cells, x, y, z in turn."""
-        return mi.Float(self.normals[: dr.width(self.back)].astype(np.float32).ravel())
+        return upload(mi.Float, self.normals[: dr.width(self.back)])
 
     @property
     def faces(self) -> int:
@@ -129,7 +130,7 @@ def in_cell(place: Any, cuts: Any) -> tuple[Any, Any, Any, Any, Any]:
 
 def on_device(rows: Floats) -> list[Any]:
     """Return the channels of rows (P, 3), each an mi.Float."""
-    return [mi.Float(channel.astype(np.float32)) for channel in rows.T]
+    return [upload(mi.Float, channel) for channel in rows.T]
 
 
 def look_up(channels: list[Any], number: Any) -> Any:

@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.radiosity.pyramid import pyramid
+from tracer.upload import upload
 from tracer.viewpoint.sphere import normalised
 
 Floats = NDArray[np.float64]
@@ -109,7 +110,7 @@ def parts_of_pyramid(depth: int) -> Floats:
 
 def table_of(depth: int) -> Any:
     """Return the parts of all triangles of a pyramid as one mi.Float, for ``cosine_in_triangle``."""
-    return mi.Float(parts_of_pyramid(depth).astype(np.float32).ravel())
+    return upload(mi.Float, parts_of_pyramid(depth))
 
 
 def cosine_in_triangle(table: Any, triangle: Any, u: Any, v: Any) -> Any:

@@ -23,6 +23,7 @@ from tracer.radiosity.lattice import Way, evenly
 from tracer.radiosity.patches import Patches, by_face
 from tracer.radiosity.solve import COARSE, HOPE, refuse_too_many, trace
 from tracer.radiosity.strata import Strata
+from tracer.upload import upload
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -147,9 +148,9 @@ def send(
         before = ends[begin] - counts[begin]
         end = max(begin + 1, int(np.searchsorted(ends, before + MOST_RAYS, side="right")))
         some = slice(begin, end)
-        lane = mi.UInt32(np.repeat(np.arange(end - begin, dtype=np.uint32), counts[some]))
+        lane = upload(mi.UInt32, np.repeat(np.arange(end - begin), counts[some]))
         point, many, start = (
-            dr.gather(mi.UInt32, mi.UInt32(each.astype(np.uint32)), lane)
+            dr.gather(mi.UInt32, upload(mi.UInt32, each), lane)
             for each in (chosen[some], counts[some], ends[some] - counts[some] - before)
         )
         local, weight = way(point, dr.arange(mi.UInt32, dr.width(lane)) - start, many, seed)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from tracer.radiosity.cut import cell_corners, cells_of, corners_of
 from tracer.radiosity.hemisphere import NOTHING
 from tracer.radiosity.patches import Patches, in_cell, look_up, on_device
+from tracer.upload import upload
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -32,7 +33,7 @@ class Smooth:
         weights = np.repeat(patches.areas, 3)
         area = np.bincount(corner.ravel(), weights, count)
         self.patches = patches
-        self.corner = mi.UInt32(corner.ravel().astype(np.uint32))
+        self.corner = upload(mi.UInt32, corner)
         sums = [np.bincount(corner.ravel(), weights * np.repeat(channel, 3), count) for channel in radiosity.T]
         self.values = on_device(np.stack(sums, axis=-1) / (np.pi * area[:, None]))
 

@@ -25,6 +25,7 @@ from tracer.radiosity.hemisphere import MOST_RAYS, NOTHING
 from tracer.radiosity.lattice import evenly
 from tracer.radiosity.patches import Patches, by_face
 from tracer.radiosity.warp import warped
+from tracer.upload import upload
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -175,7 +176,7 @@ def gathered(traced: Traced, radiosity: Floats) -> Floats:
     """Return the mean radiosity (P, 3) of what the rays of each patch hit, each by what it stands for."""
     found = np.zeros_like(radiosity)
     for channel, values in enumerate(radiosity.T):
-        table = mi.Float(values.astype(np.float32))
+        table = upload(mi.Float, values)
         sums = [
             dr.block_sum(dr.gather(mi.Float, table, hit, hit != NOTHING) * weight, traced.rays).numpy()
             for hit, weight in zip(traced.hits, traced.weights, strict=True)

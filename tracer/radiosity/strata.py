@@ -18,6 +18,7 @@ from tracer.hashing import GOLDEN_RATIO, mix
 from tracer.radiosity.guide import Guide
 from tracer.radiosity.lattice import lattice, spread
 from tracer.radiosity.projected import cosine_in_triangle, table_of
+from tracer.upload import upload
 from tracer.viewpoint.item_buffer import to_unit
 
 SPARE = 1.01
@@ -35,10 +36,10 @@ class Strata:
         until[guide.first[1:][counts > 0] - 1] = 1
         self.groups = guide.groups
         self.some = len(guide.share) > 0
-        self.first = mi.UInt32(guide.first.astype(np.uint32))
-        self.until = mi.Float(until.astype(np.float32))
-        self.triangle = mi.UInt32(regions.triangle.astype(np.uint32))
-        self.projected = mi.Float(regions.pyramid.projected[regions.triangle].astype(np.float32))
+        self.first = upload(mi.UInt32, guide.first)
+        self.until = upload(mi.Float, until)
+        self.triangle = upload(mi.UInt32, regions.triangle)
+        self.projected = upload(mi.Float, regions.pyramid.projected[regions.triangle])
         self.parts = table_of(regions.pyramid.depth)
         self.halvings = int(np.ceil(np.log2(max(int(counts.max(initial=1)), 2))))
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.errors import SceneError
+from tracer.upload import upload
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -154,10 +155,10 @@ def mesh(shape: Any, name: str, places: Floats, normals: Floats, coordinates: Fl
         properties["emitter"] = mi.load_dict({"type": "area", "radiance": {"type": "rgb", "value": radiance}})
     made = mi.Mesh(name, len(places), len(faces), properties, True, True)
     parameters = mi.traverse(made)
-    parameters["vertex_positions"] = places.astype(np.float32).ravel()
-    parameters["vertex_normals"] = normals.astype(np.float32).ravel()
-    parameters["vertex_texcoords"] = coordinates.astype(np.float32).ravel()
-    parameters["faces"] = faces.astype(np.uint32).ravel()
+    parameters["vertex_positions"] = upload(mi.Float, places)
+    parameters["vertex_normals"] = upload(mi.Float, normals)
+    parameters["vertex_texcoords"] = upload(mi.Float, coordinates)
+    parameters["faces"] = upload(mi.UInt32, faces)
     parameters.update()
     made.set_id(shape.id() or name)
     return made

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from tracer.radiosity.guide import Guide
 from tracer.radiosity.lattice import Way, evenly, lattice
 from tracer.radiosity.pyramid import pyramid
+from tracer.upload import upload
 from tracer.viewpoint.sphere import normalised
 
 Floats = NDArray[np.float64]
@@ -40,8 +41,7 @@ class Warp:
         dr.eval(self.groups.rows)
         # Widths are not left to differences of single precision.
         self.rows, self.columns = (
-            mi.Float(np.stack([each[..., :-1], np.diff(each)], axis=-1).astype(np.float32).ravel())
-            for each in (rows, columns)
+            upload(mi.Float, np.stack([each[..., :-1], np.diff(each)], axis=-1)) for each in (rows, columns)
         )
 
     def __call__(self, point: Any, number: Any, rays: Any, seed: int) -> tuple[Any, Any]:
@@ -139,7 +139,7 @@ def behind(depth: int, cells: int) -> Integers:
     """Return the triangle of the deepest level behind places (cells, WITHIN, cells, WITHIN) of the unit square."""
     table = pyramid(depth)
     middle = (np.arange(cells * WITHIN, dtype=np.float32) + 0.5) / (cells * WITHIN)
-    u, v = (mi.Float(each.ravel()) for each in np.meshgrid(middle, middle, indexing="ij"))
+    u, v = (upload(mi.Float, each) for each in np.meshgrid(middle, middle, indexing="ij"))
     toward = np.array(mi.warp.square_to_cosine_hemisphere(mi.Point2f(u, v)), np.float64).T
     triangle = np.zeros(len(toward), np.int64)
     candidates = np.tile(np.arange(4), (len(toward), 1))

@@ -24,6 +24,7 @@ from tracer.study.code import truth_hash
 from tracer.study.methods import Setting
 from tracer.study.reference import cache_key, prepare_cache
 from tracer.study.uniform import render_uniform
+from tracer.upload import upload
 
 FIRST_SEED = 3000017
 """Far from the seeds that are measured, and from those of references."""
@@ -114,7 +115,7 @@ def measure_cost(view: View, drawing: draw.Recorded, told: Told) -> Singles:
 
 def seconds_of(view: View, drawing: draw.Recorded, pixels: NDArray[np.int64], spp: int) -> float:
     """Return how long it takes to draw ``spp`` samples of ``pixels``."""
-    pixel = dr.repeat(mi.UInt32(pixels.astype(np.uint32)), spp)
+    pixel = dr.repeat(upload(mi.UInt32, pixels), spp)
     index = dr.tile(dr.arange(mi.UInt32, spp), len(pixels))
     scale, seed = dr.opaque(mi.Float, spp**-0.5), dr.opaque(mi.UInt32, FIRST_SEED)
     dr.eval(pixel, index)

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from tracer.draw import divide
 from tracer.hashing import GOLDEN_RATIO, mix
+from tracer.upload import upload
 from tracer.viewpoint.lens import Lens
 from tracer.viewpoint.sphere import frame
 from tracer.viewpoint.subject import Subject
@@ -184,5 +185,5 @@ def to_unit(bits: Any) -> Any:
 
 def gather_rows(rows: Floats, index: Any) -> Any:
     """Return the rows (N, 3) that ``index`` (mi.UInt32) names, as mi.Vector3f."""
-    table = mi.Float(rows.astype(np.float32).ravel())
+    table = upload(mi.Float, rows)
     return mi.Vector3f(*(dr.gather(mi.Float, table, 3 * index + k) for k in range(3)))

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from tracer.draw import divide
 from tracer.score import encode_srgb
+from tracer.upload import upload
 from tracer.viewpoint.item_buffer import Rays, Viewpoints, world_ray
 from tracer.viewpoint.lens import Lens
 from tracer.viewpoint.subject import Subject
@@ -46,7 +47,7 @@ def look_once(subject: Subject, viewpoint: Viewpoints, lens: Lens, size: int, co
         reflectance = interaction.bsdf().eval_diffuse_reflectance(interaction, hit)
         colour = mi.Color3f(dr.clip(reflectance, 0.02, 1.0))
     else:
-        table = mi.Float(colours.astype(np.float32).ravel())
+        table = upload(mi.Float, colours)
         surface = subject.surface(found)
         colour = mi.Color3f(*(dr.gather(mi.Float, table, 3 * surface + k, hit) for k in range(3)))
     cosine = dr.abs(dr.dot(interaction.sh_frame.n, ray.d))

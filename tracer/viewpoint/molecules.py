@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tracer.errors import SceneError, SettingsError
+from tracer.upload import upload
 from tracer.viewpoint.sphere import icosphere, normalised
 from tracer.viewpoint.subject import Subject, open_subject
 
@@ -197,9 +198,9 @@ def open_molecule(atoms: Atoms, radius: float | None = None) -> Subject:
     triangles = np.arange(len(atoms))[:, None, None] * len(points) + faces
     mesh = mi.Mesh("atoms", vertices.size // 3, triangles.size // 3, has_vertex_normals=True)
     parameters = mi.traverse(mesh)
-    parameters["vertex_positions"] = vertices.ravel().astype(np.float32)
-    parameters["vertex_normals"] = np.tile(normalised(points), (len(atoms), 1)).ravel().astype(np.float32)
-    parameters["faces"] = triangles.ravel().astype(np.uint32)
+    parameters["vertex_positions"] = upload(mi.Float, vertices)
+    parameters["vertex_normals"] = upload(mi.Float, np.tile(normalised(points), (len(atoms), 1)))
+    parameters["faces"] = upload(mi.UInt32, triangles)
     parameters.update()
     scene = mi.load_dict({"type": "scene", "atoms": mesh})
     return open_subject(scene, groups=np.repeat(np.arange(len(atoms)), len(faces)))

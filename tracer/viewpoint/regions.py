@@ -18,6 +18,7 @@ from tracer import complexity
 from tracer.draw import divide
 from tracer.hashing import mix
 from tracer.pilot import multiplicity
+from tracer.upload import upload
 from tracer.viewpoint.item_buffer import Viewpoints, to_unit, world_ray
 from tracer.viewpoint.lens import Lens
 from tracer.viewpoint.subject import Subject
@@ -67,7 +68,7 @@ def look_through_triangles(subject: Subject, eyes: Floats, triangles: Floats, ra
     number, _ = divide(lane, rays)
     key = mix(lane) ^ mix(mi.UInt32(seed) + 0x51ED)
     direction = uniform_in_triangle(corners(triangles, number), to_unit(mix(key)), to_unit(mix(key ^ 0x2545F491)))
-    eye = mi.Point3f(*(dr.gather(mi.Float, mi.Float(eyes[:, k].astype(np.float32)), number) for k in range(3)))
+    eye = mi.Point3f(*(dr.gather(mi.Float, upload(mi.Float, eyes[:, k]), number) for k in range(3)))
     return regions(subject, mi.Ray3f(eye, direction), rays, (count,))
 
 
@@ -101,7 +102,7 @@ def regions(subject: Subject, ray: Any, rays: int, shape: tuple[int, ...]) -> Re
 
 def corners(triangles: Floats, number: Any) -> tuple[Any, Any, Any]:
     """Return the corners (mi.Vector3f) of the triangles that ``number`` names."""
-    table = mi.Float(triangles.astype(np.float32).ravel())
+    table = upload(mi.Float, triangles)
     a, b, c = (mi.Vector3f(*(dr.gather(mi.Float, table, 9 * number + 3 * j + k) for k in range(3))) for j in range(3))
     return a, b, c
 

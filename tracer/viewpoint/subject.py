@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.errors import SceneError, SettingsError
+from tracer.upload import upload
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -118,8 +119,8 @@ def open_subject(scene: Any, surfaces: str = "face", groups: Sequence[int] | NDA
         mesh=mesh,
         centre=centre,
         radius=radius,
-        first_face=mi.UInt32(table),
-        surface_of_face=None if faces_are_surfaces else mi.UInt32(surface.astype(np.uint32)),
+        first_face=upload(mi.UInt32, table),
+        surface_of_face=None if faces_are_surfaces else upload(mi.UInt32, surface),
     )
 
 

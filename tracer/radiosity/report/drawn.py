@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from tracer.radiosity.report.convergence import METHODS, Curve, Method, Place, once
 from tracer.score import encode_srgb
+from tracer.upload import upload
 
 Floats = NDArray[np.float64]
 SHOWN = ("evenly", "each for itself, strata", "distinct, strata", "distinct, warp", "entropy, warp", "deviation, warp")
@@ -79,7 +80,7 @@ def picture(place: Place, radiosity: Floats) -> Floats:
     width, height = sensor.film().size()
     side = 4
     across, down = ((np.arange(count * side) + 0.5) / (count * side) for count in (width, height))
-    x, y = (mi.Float(each.ravel().astype(np.float32)) for each in np.meshgrid(across, down))
+    x, y = (upload(mi.Float, each) for each in np.meshgrid(across, down))
     ray, _ = sensor.sample_ray(0, 0.5, mi.Point2f(x, y), mi.Point2f(0.5, 0.5))
     _, radiance = place.patches.see(radiosity)(mi.Ray3f(ray.o, ray.d))
     seen: Floats = np.array(radiance, np.float64).T.reshape(height, side, width, side, 3).mean(axis=(1, 3))
