@@ -16,7 +16,7 @@ from tracer.upload import ALIGNMENT, ROOM, upload, upload_tensor, with_room
 ROOT = Path(tracer.__file__).parent
 
 
-@given(st.integers(0, 200), st.sampled_from([np.float64, np.float32, np.uint32, np.bool_]))
+@given(st.integers(1, 200), st.sampled_from([np.float64, np.float32, np.uint32, np.bool_]))
 def test_there_is_room_for_a_packet_behind_what_is_uploaded(size, kind):
     array = (np.arange(size) % 7).astype(kind)
     found = with_room(array)
