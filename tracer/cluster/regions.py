@@ -20,7 +20,9 @@ LEAST_SECONDS, MOST_SECONDS = 0.4, 1.5
 SCHEDULER_SECONDS = 4e-3
 """for each worker, where they are many: so long the scheduler is busy with a unit."""
 MOVE_SECONDS = 5e-6
-"""A pixel, to bring its sums to another worker."""
+"""A pixel, to bring its sums to another worker, for either of them."""
+LEAST_GAIN = 0.1
+"""Share of a unit's time by which a round must become shorter for it to be moved."""
 
 
 @dataclass(frozen=True)
@@ -62,8 +64,10 @@ def divide(regions: Sequence[Region], counts: NDArray[np.uint32], workers: int) 
     """Return the regions, those cut in parts that would take too long for their ``counts`` (P,) as one unit."""
     seconds = seconds_of(regions, counts)
     if seconds is None:
-        most = max(ceil(counts.sum(dtype=np.int64) / (UNITS_PER_WORKER * workers)), FIRST_SAMPLES)
-        parts = [ceil(samples_of(region, counts) / most) for region in regions]
+        total = int(counts.sum(dtype=np.int64))
+        most = max(ceil(total / (UNITS_PER_WORKER * workers)), FIRST_SAMPLES)
+        even = ceil(total / most / workers) * workers
+        parts = [ceil(even * samples_of(region, counts) / max(total, 1)) for region in regions]
     else:
         wanted = sum(seconds) / (UNITS_PER_WORKER * workers)
         feed = SCHEDULER_SECONDS * workers
@@ -84,16 +88,33 @@ def split(region: Region, counts: NDArray[np.uint32], parts: int) -> list[Region
 
 
 def deal(regions: Sequence[Region], seconds: Sequence[float], workers: Sequence[str]) -> list[str]:
-    """Return who is to draw each region: the longest first, each by who is done with it first (R. Graham, 1969).
+    """Return who is to draw each region: who has its sums, but for those whose move makes the round shorter.
 
-    To move the sums takes time, too, so most stay where they are.
+    What nobody has is given, the longest first, to who is done with it first (R. Graham, 1969). Then who is done last
+    hands over to who is done first, as long as that helps.
     """
-    free = dict.fromkeys(workers, 0.0)
-    chosen = [workers[0]] * len(regions)
-    for k in sorted(range(len(regions)), key=lambda k: -seconds[k]):
-        region = regions[k]
-        move = 0.0 if region.source is None else MOVE_SECONDS * region.size
-        best = min(free, key=lambda worker: free[worker] + (0.0 if worker == region.worker else move))
-        free[best] += seconds[k] + (0.0 if best == region.worker else move)
-        chosen[k] = best
-    return chosen
+    done = dict.fromkeys(workers, 0.0)
+    own: dict[str, list[int]] = {worker: [] for worker in workers}
+    homeless = [k for k, region in enumerate(regions) if region.worker not in done]
+    for k, region in enumerate(regions):
+        if region.worker in done:
+            done[region.worker] += seconds[k]
+            own[region.worker].append(k)
+    for k in sorted(homeless, key=lambda k: -seconds[k]):
+        best = min(done, key=lambda worker: done[worker])
+        done[best] += seconds[k]
+        own[best].append(k)
+    for _ in regions:
+        last, first = max(done, key=lambda worker: done[worker]), min(done, key=lambda worker: done[worker])
+        # Both are busy with a move.
+        moves = {k: MOVE_SECONDS * regions[k].size * (regions[k].source is not None) for k in own[last]}
+        ends = {k: max(done[last] - seconds[k], done[first] + seconds[k]) + moves[k] for k in own[last]}
+        k = min(ends, key=lambda k: ends[k], default=-1)
+        if k < 0 or ends[k] > done[last] - LEAST_GAIN * seconds[k]:
+            break
+        done[last] += moves[k] - seconds[k]
+        done[first] += moves[k] + seconds[k]
+        own[last].remove(k)
+        own[first].append(k)
+    chosen = {k: worker for worker, several in own.items() for k in several}
+    return [chosen[k] for k in range(len(regions))]

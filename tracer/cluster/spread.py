@@ -61,6 +61,8 @@ class Spread:
         self.view, self.kinds = view, moment_counts(view, criterion.moments)
         self.work = Work(software(), None if criterion.moments is None else criterion.name, largest_pass, 0, 1.0)
         self.shipped = False
+        self.last_done: dict[str, float] = {}
+        """When each worker was last done with a unit."""
         self.silent: set[str] = set()
         """Workers that were silent when this was last looked at."""
 
@@ -156,6 +158,7 @@ class Spread:
         """Take in a unit that is done, and forget who else was asked for it."""
         self.post.cancel([future for pair in unit.futures if pair[0] is not whole for future in pair])
         unit.futures.clear()
+        self.last_done[took["worker"]] = time.monotonic()
         place = next(k for k, region in enumerate(estimate.regions) if region.first == unit.region.first)
         pace = (took["seconds"] - took["opening"]) / max(took["samples"], 1)
         estimate.regions[place] = Region(unit.region.first, unit.region.size, whole, 0, pace, took["worker"])
@@ -186,7 +189,8 @@ class Spread:
         for k, worker in enumerate(good):
             self.send(estimate, lost[k :: len(good)], worker, anew=True)
         limit = max(LATE_SECONDS, LATE * median(spent)) if spent else 10 * LATE_SECONDS
-        late = [unit for unit in once if unit not in lost and time.monotonic() - unit.sent > limit]
+        begun = {unit: max(unit.sent, self.last_done.get(who_has(unit, busy) or "", 0.0)) for unit in once}
+        late = [unit for unit in once if unit not in lost and time.monotonic() - begun[unit] > limit]
         for unit, worker in zip(late, [each for each in good if not busy[each]], strict=False):
             self.send(estimate, [unit], worker, anew=True)
 
