@@ -23,7 +23,7 @@ from tracer.draw import Samples, divide
 from tracer.frame import Frame
 from tracer.line import Window
 from tracer.scene import View
-from tracer.upload import upload
+from tracer.upload import numpy_kind, upload
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
@@ -108,6 +108,11 @@ class Estimate:
             self.layout,
             *(np.concatenate([each.numpy() for each in pieces]) for pieces in zip(*parts, strict=True)),
         ]
+
+    def blank(self) -> list[NDArray]:
+        """Return arrays as those of ``state`` that hold nothing yet, without work on the device."""
+        kinds = [numpy_kind(each) for each in leaves(self.bands[0].sums)]
+        return [self.layout, *(np.zeros(self.view.pixel_count, kind) for kind in kinds)]
 
     def restore(self, state: list[NDArray]) -> None:
         """Take over the sums of another process. Raises ValueError if they are of another view."""

@@ -30,7 +30,12 @@ KINDS = {
 
 def upload(kind: Any, array: ArrayLike) -> Any:
     """Return an array of any shape and numbers, row by row, as a device array of a kind, such as mi.Float."""
-    return kind(with_room(np.asarray(array, KINDS[dr.type_v(kind)])))
+    return kind(with_room(np.asarray(array, numpy_kind(kind))))
+
+
+def numpy_kind(kind: Any) -> Any:
+    """Return the NumPy type of the entries of a device array, or of a kind of them."""
+    return KINDS[dr.type_v(kind)]
 
 
 def upload_tensor(array: ArrayLike) -> Any:

@@ -22,6 +22,7 @@ except ImportError:
 
 from tracer.cluster.bundle import Bundle, pack
 from tracer.cluster.setup import Setup, require_same, software
+from tracer.cluster.stage import THREADS
 from tracer.cluster.unit import prepare
 
 LONGEST_WAIT = 20.0
@@ -95,13 +96,19 @@ def own_cluster(workers: int) -> Iterator[Any]:
     threads = max(1, len(os.sched_getaffinity(0)) // workers)
     settings = {
         "distributed.scheduler.allowed-failures": MOST_DEATHS,
-        "distributed.worker.profile.enabled": False,  # it takes time from a thread that has other things to do
+        # What nobody looks at here takes time from threads that have other things to do.
+        "distributed.worker.profile.enabled": False,
+        "distributed.admin.tick.interval": "1s",
+        "distributed.admin.system-monitor.interval": "10s",
+        "distributed.admin.system-monitor.gil.enabled": False,
+        "distributed.scheduler.active-memory-manager.start": False,
     }
     with (
         dask.config.set(settings),
         distributed.LocalCluster(
             n_workers=workers,
-            threads_per_worker=threads,
+            threads_per_worker=threads + 1,  # one unit waits at the door while another is drawn
+            resources={THREADS: threads},
             processes=True,
             host="127.0.0.1",
             dashboard_address="127.0.0.1:0",

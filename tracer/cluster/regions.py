@@ -15,6 +15,8 @@ UNITS_PER_WORKER = 5
 """Of a round, about: so that those that are done early find more to do."""
 FIRST_SAMPLES = 1 << 18
 """Least samples of a unit before it is known how long they take."""
+TYPICAL_PACE = 1e-6
+"""Seconds a sample, as long as nothing is known."""
 LEAST_SECONDS, MOST_SECONDS = 0.4, 1.5
 """Of a unit: whatever else it takes, by all who have to do with it, is 0.02. More"""
 SCHEDULER_SECONDS = 4e-3
@@ -46,12 +48,10 @@ class Region:
         return slice(self.first, self.first + self.size)
 
 
-def seconds_of(regions: Sequence[Region], counts: NDArray[np.uint32]) -> list[float] | None:
-    """Return how long each region is expected to take for its ``counts`` (P,); None if none has been drawn yet."""
+def seconds_of(regions: Sequence[Region], counts: NDArray[np.uint32]) -> list[float]:
+    """Return how long each region is expected to take for its ``counts`` (P,), even if none has been drawn yet."""
     known = [region.pace for region in regions if region.pace is not None]
-    if not known:
-        return None
-    typical = sum(known) / len(known)
+    typical = sum(known) / len(known) if known else TYPICAL_PACE
     return [samples_of(region, counts) * (typical if region.pace is None else region.pace) for region in regions]
 
 
@@ -63,7 +63,7 @@ def samples_of(region: Region, counts: NDArray[np.uint32]) -> int:
 def divide(regions: Sequence[Region], counts: NDArray[np.uint32], workers: int) -> list[Region]:
     """Return the regions, those cut in parts that would take too long for their ``counts`` (P,) as one unit."""
     seconds = seconds_of(regions, counts)
-    if seconds is None:
+    if all(region.pace is None for region in regions):
         total = int(counts.sum(dtype=np.int64))
         most = max(ceil(total / (UNITS_PER_WORKER * workers)), FIRST_SAMPLES)
         even = ceil(total / most / workers) * workers

@@ -121,9 +121,6 @@ class Spread:
         for unit in units:
             counts[unit.region.pixels] = unit.counts
         seconds = seconds_of(regions, counts)
-        if seconds is None:
-            self.send(estimate, units)
-            return
         workers = [worker for worker in workers if worker not in self.silent] or workers
         by = deal(regions, seconds, workers)
         for worker in workers:
@@ -197,7 +194,7 @@ class Spread:
     def gather(self, estimate: Held) -> Estimate:
         """Return an estimate in this process with all sums. Raises ClusterError."""
         whole = Estimate(self.view, *self.kinds)
-        layout, *arrays = whole.state()
+        layout, *arrays = whole.blank()
         missing = {region.first for region in estimate.regions if region.source is not None}
         with self.post.in_reach():
             while missing:

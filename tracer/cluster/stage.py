@@ -23,6 +23,9 @@ from tracer.source import fingerprint
 
 DEVICE = ThreadPoolExecutor(1, "tracer-device")
 """A worker may run several units at a time; they take turns here, each with all of its threads."""
+THREADS = "threads"
+Place = tuple[Path, int]
+"""Folder of a worker, and threads that it draws with."""
 
 
 class Stage:
@@ -60,6 +63,12 @@ class Stage:
         for drawer in self.drawers.values():
             drawer.close()
         self.stack.close()
+
+
+def place_of(worker: Any) -> Place:
+    """Return folder and threads of a worker: as many as Dask has there, if no resource of the name THREADS says."""
+    threads = worker.state.total_resources.get(THREADS, worker.state.nthreads)
+    return Path(worker.local_directory), int(threads)
 
 
 def stage_for(setup: Setup, folder: Path, threads: int) -> Stage:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from pathlib import Path
 from typing import Any, TypedDict
 
 import drjit as dr
@@ -11,7 +10,7 @@ import numpy as np
 from distributed import get_worker
 
 from tracer.cluster.setup import Setup, Work, require_same, software
-from tracer.cluster.stage import DEVICE, stage_for
+from tracer.cluster.stage import DEVICE, Place, place_of, stage_for
 from tracer.cluster.sums import TRASH, Sums
 from tracer.here import Pass
 from tracer.line import Line, Stretch
@@ -50,7 +49,7 @@ def draw_unit(
     """
     worker = get_worker()
     require_same(software(), work.made_of, worker.address)
-    place = Path(worker.local_directory), worker.state.nthreads
+    place = place_of(worker)
     pixels = first_pixel, size
     return DEVICE.submit(draw_on_device, worker.address, setup, place, work, before, skip, pixels, stretches).result()
 
@@ -58,7 +57,7 @@ def draw_unit(
 def draw_on_device(
     address: str,
     setup: Setup,
-    place: tuple[Path, int],
+    place: Place,
     work: Work,
     before: dict[str, Any] | None,
     skip: int,
@@ -103,7 +102,7 @@ def tell(drawn: dict[str, Any]) -> tuple[Any, Took]:
 def prepare(setup: Setup) -> None:
     """Open the scene, and compile what units need, before the first does; what is wrong is found by that one."""
     worker = get_worker()
-    place = Path(worker.local_directory), worker.state.nthreads
+    place = place_of(worker)
     work = Work(software(), None, SMALLEST_PASS, 0, 1.0)
     one = np.ones(1, np.uint32)
 

@@ -21,7 +21,7 @@ from tracer import backend
 from tracer.cluster.crew import Crew
 from tracer.cluster.post import UNANSWERED, Post, explained
 from tracer.cluster.setup import Setup, make_setup, require_same, software
-from tracer.cluster.stage import DEVICE, close_stage, find_scene
+from tracer.cluster.stage import DEVICE, Place, close_stage, find_scene, place_of
 from tracer.errors import ClusterError, SceneMissingError
 from tracer.source import fingerprint
 from tracer.study.cells import Cell, is_kept, machine, store
@@ -104,11 +104,11 @@ def shoot_block(plan: Plan, scene: Scene, setup: Setup, made_of: dict[str, str],
     """Render a block on a worker."""
     worker = get_worker()
     require_same(software(), made_of, worker.address)
-    place = Path(worker.local_directory), worker.state.nthreads
+    place = place_of(worker)
     return DEVICE.submit(shoot_on_device, plan, scene, setup, place, block).result()
 
 
-def shoot_on_device(plan: Plan, scene: Scene, setup: Setup, place: tuple[Path, int], block: list[Cell]) -> Made:
+def shoot_on_device(plan: Plan, scene: Scene, setup: Setup, place: Place, block: list[Cell]) -> Made:
     """Do the work of ``shoot_block``; ``place``: folder and threads of the worker."""
     theatre = Theatre.of(plan, scene, setup, place)
     made: Made = []
@@ -126,7 +126,7 @@ class Theatre:
 
     current: Theatre | None = None
 
-    def __init__(self, plan: Plan, scene: Scene, setup: Setup, place: tuple[Path, int]) -> None:
+    def __init__(self, plan: Plan, scene: Scene, setup: Setup, place: Place) -> None:
         backend.activate(setup.variant)
         dr.set_thread_count(place[1])
         import_criteria(plan)
@@ -139,7 +139,7 @@ class Theatre:
         self.methods: dict[str, Opened] = {}
 
     @classmethod
-    def of(cls, plan: Plan, scene: Scene, setup: Setup, place: tuple[Path, int]) -> Theatre:
+    def of(cls, plan: Plan, scene: Scene, setup: Setup, place: Place) -> Theatre:
         """Return the one of a scene, in place of any other that is open."""
         if cls.current is None or cls.current.key != (plan.model_dump_json(), setup):
             close_stage()
