@@ -43,6 +43,11 @@ class Held(Estimate):
             mine.reshape(self.view.pixel_count, *mine.shape[2:])[region.pixels] = values[0]
         self.whole_here = None
 
+    def cut(self, parts: list[Region]) -> None:
+        """Put the parts of a region in its place."""
+        place = next(k for k, region in enumerate(self.regions) if region.first == parts[0].first)
+        self.regions[place : place + 1] = parts
+
     def rounds_of(self, region: Region, goal: Counts) -> list[Stretch]:
         """Return what has to be drawn of a region, so that its pixels go from what there was to ``goal`` (P,)."""
         found = []

@@ -77,13 +77,18 @@ def divide(regions: Sequence[Region], counts: NDArray[np.uint32], workers: int) 
 
 
 def split(region: Region, counts: NDArray[np.uint32], parts: int) -> list[Region]:
-    """Return a region in so many parts with about equally many samples, or fewer, as no pixel is cut."""
-    ends = np.cumsum(counts[region.pixels], dtype=np.int64)
-    shares = ends[-1] * np.arange(1, parts) // max(parts, 1)
-    borders = np.unique([0, *np.minimum(np.searchsorted(ends, shares, side="left") + 1, region.size), region.size])
+    """Return a region in so many parts with about equally many of the ``counts`` of the picture, or fewer."""
+    return split_at(region, counts[region.pixels], [k / parts for k in range(1, parts)])
+
+
+def split_at(region: Region, counts: NDArray[np.uint32], shares: Sequence[float]) -> list[Region]:
+    """Return a region cut where these shares of its ``counts`` (P,) are reached; no pixel is cut, and none is empty."""
+    ends = np.cumsum(counts, dtype=np.int64)
+    wanted = np.floor(ends[-1] * np.asarray(shares))
+    borders = np.unique([0, *np.minimum(np.searchsorted(ends, wanted, side="left") + 1, region.size), region.size])
     return [
         replace(region, first=region.first + int(begin), size=int(end - begin), skip=region.skip + int(begin))
-        for begin, end in itertools.pairwise(borders)
+        for begin, end in itertools.pairwise(borders.astype(int))
     ]
 
 

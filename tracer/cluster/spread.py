@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Generator
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from statistics import median
 from typing import Any
 
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from tracer.cluster.crew import Crew
 from tracer.cluster.held import Held
+from tracer.cluster.pool import Pool, Unit
 from tracer.cluster.post import TICK, Post, explained
 from tracer.cluster.regions import Region, deal, divide, seconds_of
 from tracer.cluster.setup import Setup, Work, software
@@ -35,22 +36,6 @@ AT_ONCE = 16
 """Sums that are fetched at a time, each of megabytes."""
 HANG_SECONDS = 10.0
 """No sums come for so long: whoever has them hangs."""
-
-
-@dataclass(eq=False)
-class Unit:
-    """Samples of consecutive pixels, and the futures that will know of them."""
-
-    region: Region
-    counts: Counts
-    """(P,): samples to draw."""
-    goal: Counts
-    """(P,): samples there are to be afterwards."""
-    sent: float = 0.0
-    tries: int = 0
-    """Workers that had no scene for it."""
-    futures: list[tuple[Any, Any]] = field(default_factory=list)
-    """What is drawn, and what is told of it: by the first that was asked, and by one that draws all samples anew."""
 
 
 class Spread:
@@ -88,15 +73,17 @@ class Spread:
 
     def carry_out(self, estimate: Held, units: list[Unit]) -> Generator[Pass, None, None]:
         """Have units drawn, and tell of them as they are done."""
-        waiting = set(units)
+        waiting, pool = set(units), Pool()
         workers = self.post.workers()
         spent: list[float] = []
         try:
-            self.deal_out(estimate, units, workers)
+            self.deal_out(estimate, units, workers, pool)
             while waiting:
                 heard = self.post.hear()
                 if not heard:
                     self.send_again(estimate, waiting, spent)
+                    for worker in self.post.workers():
+                        self.feed(estimate, pool, worker, waiting)
                     yield Pass(0)
                 for (unit, whole), outcome in heard:
                     if unit not in waiting:
@@ -109,13 +96,15 @@ class Spread:
                     self.post.traffic.bytes_received += sum(values.nbytes for values in vars(known).values())
                     self.settle(estimate, unit, whole, known, took)
                     spent.append(took["seconds"])
+                    for worker in {took["worker"], *pool.done(unit)}:
+                        self.feed(estimate, pool, worker, waiting)
                     drawing, seconds = took["drawing"] / len(workers), took["seconds"] / len(workers)
                     yield Pass(took["samples"], drawing, seconds - drawing)
         finally:
             self.post.cancel([future for unit in waiting for pair in unit.futures for future in pair])
 
-    def deal_out(self, estimate: Held, units: list[Unit], workers: list[str]) -> None:
-        """Ask workers for units, the longest first."""
+    def deal_out(self, estimate: Held, units: list[Unit], workers: list[str], pool: Pool) -> None:
+        """Ask workers for most of the units, the longest first; the others are left in the pool."""
         regions = [unit.region for unit in units]
         counts = np.zeros(self.view.pixel_count, np.uint32)
         for unit in units:
@@ -123,11 +112,28 @@ class Spread:
         seconds = seconds_of(regions, counts)
         workers = [worker for worker in workers if worker not in self.silent] or workers
         by = deal(regions, seconds, workers)
+        for unit, expected in zip(units, seconds, strict=True):
+            unit.seconds = expected
         for worker in workers:
-            own = sorted((k for k in range(len(units)) if by[k] == worker), key=lambda k: -seconds[k])
-            lost = [units[k] for k in own if regions[k].worker in self.silent]
-            self.send(estimate, [units[k] for k in own if regions[k].worker not in self.silent], worker=worker)
-            self.send(estimate, lost, worker=worker, anew=True)
+            own = [unit for unit, chosen in zip(units, by, strict=True) if chosen == worker]
+            self.give(estimate, pool, worker, pool.keep_back(worker, sorted(own, key=lambda unit: -unit.seconds)))
+
+    def give(self, estimate: Held, pool: Pool, worker: str, units: list[Unit]) -> None:
+        """Ask a worker for units; those whose sums are with somebody who is silent it draws from the first sample."""
+        lost = [unit for unit in units if unit.region.worker in self.silent]
+        self.send(estimate, [unit for unit in units if unit not in lost], worker=worker)
+        self.send(estimate, lost, worker=worker, anew=True)
+        pool.gave(worker, units)
+
+    def feed(self, estimate: Held, pool: Pool, worker: str, waiting: set[Unit]) -> None:
+        """Give a worker that has little left to do something of the pool."""
+        unit, rest = pool.take(worker)
+        if unit is None:
+            return
+        if rest is not None:
+            waiting.add(rest)
+            estimate.cut([unit.region, rest.region])
+        self.give(estimate, pool, worker, [unit])
 
     def send(self, estimate: Held, units: list[Unit], worker: str | None = None, anew: bool = False) -> None:
         """Ask for units; ``anew``: without the sums that a worker has."""
@@ -195,20 +201,25 @@ class Spread:
         """Return an estimate in this process with all sums. Raises ClusterError."""
         whole = Estimate(self.view, *self.kinds)
         layout, *arrays = whole.blank()
-        missing = {region.first for region in estimate.regions if region.source is not None}
+        came = np.zeros(self.view.pixel_count, bool)
+
+        def missing() -> list[Region]:
+            return [each for each in estimate.regions if each.source is not None and not came[each.first]]
+
         with self.post.in_reach():
-            while missing:
+            while wanted := missing():
                 self.post.require_scheduler()
                 self.silent = self.crew.silent()
-                self.receive([region for region in estimate.regions if region.first in missing], arrays, missing)
-                self.silent = self.crew.silent() if missing else set()
-                for _ in self.carry_out(estimate, [anew(estimate, first) for first in missing]):
+                self.receive(wanted, arrays, came)
+                lost = [anew(estimate, region) for region in missing()]
+                self.silent = self.crew.silent() if lost else set()
+                for _ in self.carry_out(estimate, lost):
                     pass
         whole.restore([layout, *arrays])
         return whole
 
-    def receive(self, regions: list[Region], arrays: list[NDArray], missing: set[int]) -> None:
-        """Write the sums of regions into ``arrays``; those that do not come stay missing."""
+    def receive(self, regions: list[Region], arrays: list[NDArray], came: NDArray[np.bool_]) -> None:
+        """Write the sums of regions into ``arrays``, and note in ``came`` (P,) those that came."""
         post = Post(self.crew)
         # Last, as they are taken from the end, those of workers that are there.
         wanted = sorted(by_source(regions), key=lambda several: several[0].worker not in self.silent)
@@ -229,7 +240,7 @@ class Spread:
                 self.post.traffic.bytes_of_sums += sums.nbytes
                 for region in several:
                     write(sums, region, arrays)
-                    missing.remove(region.first)
+                    came[region.pixels] = True
 
     def scatter(self, whole: Estimate) -> list[Region]:
         """Take sums to workers; return where they are."""
@@ -250,9 +261,8 @@ class Spread:
         """Nothing is kept here."""
 
 
-def anew(estimate: Held, first: int) -> Unit:
+def anew(estimate: Held, region: Region) -> Unit:
     """Return a unit that draws the samples of a region once more."""
-    region = next(each for each in estimate.regions if each.first == first)
     goal = estimate.drawn().ravel()[region.pixels]
     return Unit(replace(region, source=None, skip=0), goal, goal)
 
