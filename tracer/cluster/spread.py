@@ -82,7 +82,7 @@ class Spread:
                 heard = self.post.hear()
                 if not heard:
                     self.send_again(estimate, waiting, spent)
-                    for worker in self.post.workers():
+                    for worker in self.crew.workers():
                         self.feed(estimate, pool, worker, waiting)
                     yield Pass(0)
                 for (unit, whole), outcome in heard:
