@@ -48,6 +48,8 @@ class Spread:
         self.shipped = False
         self.last_done: dict[str, float] = {}
         """When each worker was last done with a unit."""
+        self.present: set[str] = set()
+        """Workers that were there when this was last looked at."""
         self.silent: set[str] = set()
         """Workers that were silent when this was last looked at."""
 
@@ -75,14 +77,15 @@ class Spread:
         """Have units drawn, and tell of them as they are done."""
         waiting, pool = set(units), Pool()
         workers = self.post.workers()
+        self.present = set(workers)
         spent: list[float] = []
         try:
             self.deal_out(estimate, units, workers, pool)
             while waiting:
                 heard = self.post.hear()
                 if not heard:
-                    self.send_again(estimate, waiting, spent)
-                    for worker in self.crew.workers():
+                    self.send_again(estimate, waiting, spent, pool)
+                    for worker in self.present - self.silent:
                         self.feed(estimate, pool, worker, waiting)
                     yield Pass(0)
                 for (unit, whole), outcome in heard:
@@ -119,8 +122,8 @@ class Spread:
             self.give(estimate, pool, worker, pool.keep_back(worker, sorted(own, key=lambda unit: -unit.seconds)))
 
     def give(self, estimate: Held, pool: Pool, worker: str, units: list[Unit]) -> None:
-        """Ask a worker for units; those whose sums are with somebody who is silent it draws from the first sample."""
-        lost = [unit for unit in units if unit.region.worker in self.silent]
+        """Ask a worker for units; those whose sums nobody has who answers it draws from the first sample."""
+        lost = [unit for unit in units if unit.region.worker not in {None, *(self.present - self.silent)}]
         self.send(estimate, [unit for unit in units if unit not in lost], worker=worker)
         self.send(estimate, lost, worker=worker, anew=True)
         pool.gave(worker, units)
@@ -182,10 +185,17 @@ class Spread:
         self.post.require_scheduler()
         self.send(estimate, [unit], anew=True)
 
-    def send_again(self, estimate: Held, units: set[Unit], spent: list[float]) -> None:
+    def send_again(self, estimate: Held, units: set[Unit], spent: list[float], pool: Pool) -> None:
         """Have units drawn once more, if their worker hangs, or if they are late and another has nothing to do."""
         busy = self.crew.client.processing()
-        self.silent = self.crew.silent()
+        self.present, self.silent = set(busy), self.crew.silent()
+        for worker in pool.at_work.keys() - self.present:
+            # Dask would wait for the same worker, if for a moment there was no other.
+            orphans = [unit for unit in pool.at_work.pop(worker) if unit in units]
+            self.post.cancel([future for unit in orphans for pair in unit.futures for future in pair])
+            for unit in orphans:
+                unit.futures.clear()
+            self.send(estimate, orphans, anew=True)
         good = [worker for worker in busy if worker not in self.silent]
         once = [unit for unit in units if len(unit.futures) == 1]
         lost = [unit for unit in once if self.silent & {unit.region.worker, who_has(unit, busy)}]
