@@ -118,9 +118,8 @@ Written by `tracer cluster-report`, on {backend.processor()} with {backend.threa
 
 {measure.WORKERS} workers of one thread against one process of {measure.WORKERS}, on the same two cores, in turns:
 {width} x {height} pixels, {measure.SPP} spp, fused; medians of {len(measure.SEEDS)} seeds, least and most. Client and
-scheduler run on these cores, too. Values that differ, of picture, counts and standard errors of all seeds, and by how
-much of the value at most: where a ray meets two surfaces at once, which one Embree takes depends on the rays that are
-traced with it, and so on how a round is cut, in one process, too. The last two are whole programs, start-up included.
+scheduler run on these cores, too. Values that differ: of picture, counts and standard errors, of all seeds, and by how
+much of the value at most. The last two are whole programs, start-up included.
 
 {speed}
 ## What travels
