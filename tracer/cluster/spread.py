@@ -91,6 +91,8 @@ class Spread:
                 for (unit, whole), outcome in heard:
                     if unit not in waiting:
                         continue  # another worker was faster
+                    if isinstance(outcome, CancelledError) and all(pair[0] is not whole for pair in unit.futures):
+                        continue  # given up for another
                     if isinstance(outcome, BaseException):
                         self.failed(unit, estimate, outcome)
                         continue
