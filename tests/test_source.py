@@ -6,9 +6,10 @@ import pytest
 
 from conftest import LIT, SENSOR
 from tracer.errors import SceneError, SettingsError
+from tracer.fingerprint import fingerprint
 from tracer.load_error import render_error
 from tracer.scene import open_scene
-from tracer.source import fingerprint, load
+from tracer.source import load
 
 
 @pytest.mark.parametrize(

@@ -9,12 +9,12 @@ from typing import Any
 
 from tracer import backend
 from tracer.checkpoint import EVERY_SECONDS, open_keeper
+from tracer.fingerprint import fingerprint
 from tracer.loop import Terms, render_view
 from tracer.progress import ProgressCallback
 from tracer.result import Result
 from tracer.scene import Crop, Size, open_scene
 from tracer.settings import make_settings
-from tracer.source import fingerprint
 
 
 def render(

@@ -12,6 +12,7 @@ from typing import Any
 from tracer import backend, checkpoint, files, live, memory
 from tracer.checkpoint import Keeper
 from tracer.errors import SceneError, SettingsError
+from tracer.fingerprint import fingerprint
 from tracer.job import Job, Shot, check_frames, check_outputs, shots_of
 from tracer.loop import DrawerFor, Terms, render_view
 from tracer.metadata import metadata
@@ -20,7 +21,7 @@ from tracer.progress import ProgressCallback
 from tracer.result import Result, display
 from tracer.scene import open_scene, pick_sensor
 from tracer.settings import check_settings, make_settings
-from tracer.source import describe, fingerprint, load
+from tracer.source import describe, load
 
 Hire = Callable[..., DrawerFor]
 """See ``tracer.cluster.hire``."""

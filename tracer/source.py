@@ -1,11 +1,10 @@
-"""Where a scene comes from: a file, a dictionary or a loaded scene; and what identifies its content."""
+"""Where a scene comes from: a file, a dictionary or a loaded scene, opened as Mitsuba opens it."""
 
 from __future__ import annotations
 
-import hashlib
-import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,32 @@ from tracer.soundness import require_faces, require_sources
 
 LOAD_ERRORS = (RuntimeError, ValueError, TypeError, MemoryError)
 """What Mitsuba raises for a scene it cannot load."""
+
+
+@dataclass(frozen=True)
+class Parsed:
+    """A scene that is read, and not yet made into objects."""
+
+    config: Any
+    """``mi.parser.ParserConfig``."""
+    state: Any
+    """``mi.parser.ParserState``: nodes with their properties, and the XML files they come from."""
+    resolver: Any
+    """``mi.FileResolver`` with the folders in which the scene's files are looked for, those of ``<path>`` first."""
+
+    @property
+    def folders(self) -> list[Path]:
+        """The folders in which files are looked for, in order."""
+        return [Path(str(folder)) for folder in self.resolver]
+
+    @property
+    def own_folders(self) -> list[Path]:
+        """The folders of this scene alone: those that it names with ``<path>``, and the one that it is in."""
+        return self.folders[: len(self.folders) - len(list(mi.file_resolver()))]
+
+    def find(self, name: str) -> Path | None:
+        """Return the file that ``name`` stands for in this scene, or None if there is none."""
+        return next((folder / name for folder in self.folders if (folder / name).is_file()), None) if name else None
 
 
 def describe(source: Any) -> str:
@@ -36,7 +61,8 @@ def load(source: Any, sampler: str | None = None, define: dict[str, str] | None 
         if not hasattr(source, "class_name"):
             raise SceneError(f"A scene is a path, a dictionary or an mi.Scene, not {type(source).__name__}.")
         return source
-    config, state = parse(source, define)
+    parsed = parse(source, define)
+    config, state = parsed.config, parsed.state
     config.merge_meshes = False
     require_sources(describe(source), state)
     for node in state.nodes:
@@ -45,7 +71,7 @@ def load(source: Any, sampler: str | None = None, define: dict[str, str] | None 
             for name in [name for name in node.props.keys() if name != "sample_count"]:  # noqa: SIM118
                 del node.props[name]
     try:
-        with files_beside(source):
+        with looking_in(parsed.resolver):
             mi.parser.transform_all(config, state)
             scene = mi.parser.instantiate(config, state)
     except LOAD_ERRORS as error:
@@ -67,38 +93,41 @@ def require_samplers(source: Any, state: Any, scene: Any) -> None:
 
 
 @contextmanager
-def files_beside(source: str | Path | dict[str, Any]) -> Iterator[None]:
-    """Let Mitsuba find meshes and textures in the folder of a scene file, as ``mi.load_file`` does."""
+def looking_in(resolver: Any) -> Iterator[None]:
+    """Let Mitsuba look for files in the folders of a resolver, which a scene may add to, and then as before."""
     before = mi.file_resolver()
-    if not isinstance(source, dict):
-        resolver = mi.FileResolver(before)
-        resolver.prepend(str(Path(source).resolve().parent))
-        mi.set_file_resolver(resolver)
+    mi.set_file_resolver(resolver)
     try:
         yield
     finally:
         mi.set_file_resolver(before)
 
 
-def parse(source: str | Path | dict[str, Any], define: dict[str, str] | None = None) -> tuple[Any, Any]:
-    """Return Mitsuba's parser configuration and the parsed scene, not yet made into objects. Raises SceneError."""
+def parse(source: str | Path | dict[str, Any], define: dict[str, str] | None = None) -> Parsed:
+    """Read a scene as ``mi.load_file`` or ``mi.load_dict`` does, without making objects. Raises SceneError.
+
+    Files are looked for in the folders that ``<path>`` names, the last one first, then beside the scene file, then in
+    the current folder.
+    """
     config = mi.parser.ParserConfig(mi.variant())
     config.parallel = False  # loading Python plugins in parallel can deadlock
-    if isinstance(source, dict):
-        try:
-            return config, mi.parser.parse_dict(config, source)
-        except LOAD_ERRORS as error:
-            raise load_error(describe(source), error) from None
-    path = Path(source)
-    if not path.exists():
-        raise SceneError(f"There is no scene file '{path}'.")
-    if not path.is_file():
-        raise SceneError(f"'{path}' is a folder, not a scene file.")
+    resolver = mi.FileResolver(mi.file_resolver())
+    if not isinstance(source, dict):
+        path = Path(source)
+        if not path.exists():
+            raise SceneError(f"There is no scene file '{path}'.")
+        if not path.is_file():
+            raise SceneError(f"'{path}' is a folder, not a scene file.")
+        resolver.prepend(str(path.resolve().parent))
     try:
-        with files_beside(path):  # of spectra, which are read now
-            return config, mi.parser.parse_file(config, str(path), **(define or {}))
+        with looking_in(resolver):  # <path> adds to it, and spectra are read now
+            if isinstance(source, dict):
+                state = mi.parser.parse_dict(config, source)
+            else:
+                state = mi.parser.parse_file(config, str(source), **(define or {}))
     except LOAD_ERRORS as error:
         raise load_error(describe(source), error) from None
+    return Parsed(config, state, resolver)
 
 
 def properties(source: Any, node: Any) -> list[tuple[str, Any]]:
@@ -107,29 +136,3 @@ def properties(source: Any, node: Any) -> list[tuple[str, Any]]:
         return list(node.props.items())
     except UnicodeDecodeError:
         raise SceneError(f"{describe(source)} does not load: there is text in it that is not UTF-8.") from None
-
-
-def fingerprint(source: Any, define: dict[str, str] | None = None) -> str:
-    """Return a hash (hexadecimal, 16 digits) of what a scene consists of.
-
-    For a path: its XML, all files it includes, and the content of every file it names (meshes, textures, volumes). For
-    a dictionary: the same after parsing. For a loaded scene: what it prints of itself, which leaves out mesh data.
-    """
-    digest = hashlib.sha256()
-    if not isinstance(source, str | Path | dict):
-        digest.update(str(source).encode())
-        return digest.hexdigest()[:16]
-    _, state = parse(source, define)
-    digest.update(repr(sorted(define.items())).encode() if define else b"")
-    folders = [Path(str(file)).parent for file in state.files] or [Path.cwd()]
-    for file in state.files:
-        digest.update(Path(str(file)).read_bytes())
-    for node in state.nodes:
-        for name, value in properties(source, node):
-            digest.update(f"{node.props.plugin_name()} {name} {value}\n".encode() if isinstance(source, dict) else b"")
-            if hasattr(value, "wavelengths"):
-                digest.update(repr((list(value.wavelengths), list(value.values))).encode())
-            if isinstance(value, str):
-                named = next((folder / value for folder in folders if os.path.isfile(folder / value)), None)
-                digest.update(named.read_bytes() if named else b"")
-    return digest.hexdigest()[:16]

@@ -4,16 +4,18 @@ import io
 import zipfile
 from dataclasses import replace
 
+import mitsuba as mi
 import numpy as np
 import pytest
 
 import tracer
 from conftest import LIT
 from tracer.cluster import hire
-from tracer.cluster.bundle import files_of, pack, unpack
+from tracer.cluster.bundle import contents_of, pack, unpack
 from tracer.cluster.crew import Crew
 from tracer.errors import ClusterError
-from tracer.source import fingerprint
+from tracer.fingerprint import fingerprint
+from tracer.source import load
 
 PLY = """ply
 format ascii 1.0
@@ -54,8 +56,43 @@ def scene(tmp_path):
     return path
 
 
+@pytest.fixture
+def scattered(tmp_path):
+    """Return a scene whose mesh is in a folder that <path> names; another such folder is empty."""
+    for folder in ("shots", "common", "empty"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "common" / "face.ply").write_text(PLY)
+    path = tmp_path / "shots" / "scene.xml"
+    path.write_text(
+        f'<scene version="3.0.0"><path value="../common"/><path value="../empty"/>{LIT}'
+        '<shape type="ply"><string name="filename" value="face.ply"/></shape></scene>'
+    )
+    return path
+
+
+def test_folders_that_path_names_arrive_with_what_is_in_them(scattered, tmp_path):
+    unpack(pack(scattered, {}), tmp_path / "there")
+    (found,) = (tmp_path / "there").glob("**/scene.xml")
+    (scattered.parent.parent / "common" / "face.ply").unlink()
+    assert len(load(found).shapes()) == 1
+
+
+def test_files_of_the_current_folder_are_refused(scattered):
+    text = scattered.read_text().replace('<path value="../common"/>', "")
+    scattered.write_text(text)
+    before = mi.file_resolver()
+    here = mi.FileResolver(before)
+    here.append(str(scattered.parent.parent / "common"))
+    mi.set_file_resolver(here)
+    try:
+        with pytest.raises(ClusterError, match=r"'face.ply', which is in the current folder and not beside"):
+            pack(scattered, {})
+    finally:
+        mi.set_file_resolver(before)
+
+
 def test_all_files_are_found(scene):
-    names = {path.name for path in files_of(scene, {"name": "wood"})}
+    names = {path.name for path in contents_of(scene, {"name": "wood"})[0]}
     assert names == {"scene.xml", "more.xml", "face.ply", "gold.spd", "wood.png"}
 
 
@@ -74,17 +111,19 @@ def test_absolute_paths_are_refused(scene, tmp_path):
         pack(scene, {"name": "wood"})
 
 
-@pytest.mark.parametrize("name", ["../out.txt", "/etc/out.txt", "a/../../out.txt"])
+@pytest.mark.parametrize("name", ["../out.txt", "/etc/out.txt", "a/../../out.txt", "../out.txt/"])
 def test_names_that_lead_out_are_refused(tmp_path, name):
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w") as archive:
-        archive.writestr(name, "x")
+        archive.writestr(name, "" if name.endswith("/") else "x")
     with pytest.raises(ClusterError, match="does not belong"):
         unpack(stream.getvalue(), tmp_path / "deep" / "there")
     assert not list(tmp_path.rglob("out.txt"))
 
 
-def test_workers_without_the_scene_get_it(scene, two_workers, monkeypatch):
+@pytest.mark.parametrize("name", ["scene", "scattered"])
+def test_workers_without_the_scene_get_it(name, request, two_workers, monkeypatch):
+    scene = request.getfixturevalue(name)
     make = hire.make_setup
     sent = []
 
@@ -96,5 +135,6 @@ def test_workers_without_the_scene_get_it(scene, two_workers, monkeypatch):
     ship = Crew.ship
     monkeypatch.setattr(hire, "make_setup", elsewhere)
     monkeypatch.setattr(Crew, "ship", lambda self, setup: ship(self, sent[0]))
-    found = tracer.render(scene, spp=8, define={"name": "wood"}, cluster=two_workers)
-    assert np.array_equal(found.image, tracer.render(scene, spp=8, define={"name": "wood"}).image)
+    define = {"name": "wood"} if name == "scene" else {}
+    found = tracer.render(scene, spp=8, define=define, cluster=two_workers)
+    assert np.array_equal(found.image, tracer.render(scene, spp=8, define=define).image)

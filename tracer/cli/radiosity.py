@@ -54,9 +54,10 @@ def radiosity(
     from tracer.cli import signals
     from tracer.cli.progress import steps, watch
     from tracer.errors import SceneError, SettingsError
+    from tracer.fingerprint import fingerprint
     from tracer.metadata import metadata
     from tracer.radiosity.cut import other_than_diffuse
-    from tracer.source import fingerprint, load
+    from tracer.source import load
 
     files.check_output(output, overwrite)
     if patch is not None and not 0 < patch < float("inf"):

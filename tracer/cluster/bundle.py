@@ -41,35 +41,46 @@ def pack(scene: Path, define: dict[str, str]) -> bytes:
 
     Raises ClusterError for a scene that names files by absolute paths, which a worker would not have.
     """
-    paths = files_of(scene, define)
-    root = Path(os.path.commonpath([path.parent for path in paths]))
+    paths, folders = contents_of(scene, define)
+    root = Path(os.path.commonpath([*(path.parent for path in paths), *folders]))
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+        for folder in sorted(folders - {root}):
+            archive.writestr(folder.relative_to(root).as_posix() + "/", "")
         for path in sorted(paths):
             archive.write(path, path.relative_to(root).as_posix())
     return stream.getvalue()
 
 
-def files_of(scene: Path, define: dict[str, str]) -> set[Path]:
-    """Return the normal absolute paths of a scene file and of all files that it names. Raises ClusterError."""
-    _, state = parse(scene, define)
-    found = {normal(Path(str(file))) for file in state.files}
-    names = {value for node in state.nodes for _, value in properties(scene, node) if isinstance(value, str)}
+def contents_of(scene: Path, define: dict[str, str]) -> tuple[set[Path], set[Path]]:
+    """Return a scene file with all files that it names, and the folders in which it looks for them.
+
+    All are normal absolute paths. Raises ClusterError for what workers cannot find by the same name.
+    """
+    parsed = parse(scene, define)
+    found = {normal(Path(str(file))) for file in parsed.state.files}
+    names = {value for node in parsed.state.nodes for _, value in properties(scene, node) if isinstance(value, str)}
     for file in list(found):
         text = file.read_text(encoding="utf-8", errors="replace")
         for name, value in define.items():
             text = text.replace(f"${name}", value)
-        names |= {one or other for one, other in ATTRIBUTE.findall(text)}
-    folders = {file.parent for file in found}
-    for name in sorted(names):
-        there = [folder / name for folder in folders if (folder / name).is_file()] if name else []
-        if there and Path(name).is_absolute():
+        names |= {double or single for double, single in ATTRIBUTE.findall(text)}
+    beside = [normal(folder) for folder in parsed.own_folders]
+    folders = {folder for folder in beside if folder.is_dir()}
+    for name in sorted(filter(None, names)):
+        if Path(name).is_absolute() and Path(name).exists():
             raise ClusterError(
                 f"'{scene}' names '{name}', a path that workers do not have: name files relative to the scene, or put "
                 "it in a folder that workers share."
             )
+        there = [folder / name for folder in (*beside, *{file.parent for file in found}) if (folder / name).is_file()]
         found |= {normal(path) for path in there}
-    return found
+        if not there and parsed.find(name) is not None:
+            raise ClusterError(
+                f"'{scene}' names '{name}', which is in the current folder and not beside the scene, where workers "
+                'look for it: move it there, or name its folder in the scene with <path value="..."/>.'
+            )
+    return found, folders
 
 
 def normal(path: Path) -> Path:
@@ -87,6 +98,8 @@ def unpack(data: bytes, folder: Path) -> None:
             if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts:
                 raise ClusterError(f"A bundle has a file '{name}' that does not belong in it.")
             path = temporary / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(archive.read(name))
+            folder_of_it = path if name.endswith("/") else path.parent
+            folder_of_it.mkdir(parents=True, exist_ok=True)
+            if not name.endswith("/"):
+                path.write_bytes(archive.read(name))
     temporary.rename(folder)

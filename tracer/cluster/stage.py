@@ -16,10 +16,10 @@ from tracer.cluster.bundle import SCENES
 from tracer.cluster.setup import Setup
 from tracer.errors import SceneMissingError
 from tracer.estimate import Estimate
+from tracer.fingerprint import fingerprint
 from tracer.frame import PlainFrame
 from tracer.here import Here
 from tracer.scene import open_scene
-from tracer.source import fingerprint
 
 DEVICE = ThreadPoolExecutor(1, "tracer-device")
 """A worker may run several units at a time; they take turns here, each with all of its threads."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from tracer import backend, files
 from tracer.errors import OutputError
-from tracer.source import fingerprint
+from tracer.fingerprint import fingerprint
 from tracer.study import code
 from tracer.study.methods import Shot
 from tracer.study.plan import Budget, MethodPlan, Plan, Scene

@@ -23,7 +23,7 @@ from tracer.cluster.post import UNANSWERED, Post, explained
 from tracer.cluster.setup import Setup, make_setup, require_same, software
 from tracer.cluster.stage import DEVICE, Place, close_stage, find_scene, place_of
 from tracer.errors import ClusterError, SceneMissingError
-from tracer.source import fingerprint
+from tracer.fingerprint import fingerprint
 from tracer.study.cells import Cell, is_kept, machine, store
 from tracer.study.methods import Shot, Studio
 from tracer.study.plan import Plan, Scene, import_criteria

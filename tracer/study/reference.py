@@ -23,8 +23,8 @@ from scipy import stats
 
 from tracer import files, score
 from tracer.errors import OutputError, SceneError
+from tracer.fingerprint import fingerprint
 from tracer.scene import View
-from tracer.source import fingerprint
 from tracer.study.halves import Half
 from tracer.study.methods import Setting, Studio
 from tracer.study.uniform import render_uniform

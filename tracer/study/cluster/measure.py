@@ -15,11 +15,11 @@ import drjit as dr
 import numpy as np
 
 from tracer.cluster.hire import hire
+from tracer.fingerprint import fingerprint
 from tracer.loop import Terms, render_view
 from tracer.result import Result
 from tracer.scene import open_scene
 from tracer.settings import make_settings
-from tracer.source import fingerprint
 from tracer.study.cluster.model import Constants
 
 Told = Callable[[str], None]
