@@ -141,5 +141,5 @@ def test_a_missing_package_says_how_to_install_it(monkeypatch):
         return original(name, *arguments, **keywords)
 
     monkeypatch.setattr(builtins, "__import__", without)
-    with pytest.raises(TracerError, match=r'mitsuba-oidn.*pip install "tracer\[denoise\]"'):
+    with pytest.raises(TracerError, match=r'mitsuba-oidn.*pip install "\.\[denoise\]"'):
         denoise(ONES)

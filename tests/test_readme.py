@@ -34,6 +34,22 @@ def test_pictures_and_files_exist(name):
         assert ((ROOT / name).parent / link).exists(), link
 
 
+def test_commands_install_this_project():
+    """On package indexes ``tracer`` is somebody else's package: whoever follows a text of ours must not install it."""
+    texts = [*ROOT.glob("*.md"), ROOT / "pyproject.toml", ROOT / ".ci" / "run"]
+    texts += [path for folder in ("docs", "tracer", "plugins", "scenes") for path in (ROOT / folder).rglob("*.*")]
+    readable = [path for path in texts if path.suffix in (".md", ".py", ".toml", ".html", "")]
+    commands = {}
+    for path in readable:
+        for command in re.findall(r"pip install[^\n#`|;&]*", path.read_text()):
+            commands[command.strip()] = path
+    assert len(commands) > 4
+    for command, path in commands.items():
+        packages = re.sub(r"^pip install", "", command).replace('"', " ").replace("'", " ").split()
+        assert not any(re.match(r"tracer\b", package) for package in packages), (path, command)
+    assert not any("tracer[" in path.read_text().replace("mitsuba-tracer[", "") for path in readable)
+
+
 def test_every_feature_that_is_claimed_has_its_test():
     """The last column of the table of features names a test of ours, where our own column says there is something."""
     tests = {

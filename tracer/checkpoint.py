@@ -23,10 +23,10 @@ from numpy.typing import NDArray
 from tracer import files
 from tracer.errors import CheckpointError, OutputError
 from tracer.estimate import Estimate
-from tracer.metadata import version
 from tracer.scene import View
 from tracer.settings import Settings
 from tracer.state import Arrays, State
+from tracer.version import version
 
 FORMAT = 1
 """Changed when older files cannot be gone on from any more."""

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.errors import DenoiseError
+from tracer.version import install_command
 
 Singles = NDArray[np.float32]
 MARGIN = 16
@@ -52,7 +53,7 @@ def load() -> Any:
     except ImportError as error:
         raise DenoiseError(
             "Denoising needs the package mitsuba-oidn, which is not installed or does not load "
-            f'({error}); install it with: pip install "tracer[denoise]".'
+            f"({error}); install it, {install_command('denoise')}."
         ) from None
     return mitsuba_oidn
 

@@ -18,6 +18,7 @@ from tracer import files
 from tracer.errors import OutputError, SettingsError
 from tracer.progress import Progress, ProgressCallback
 from tracer.result import as_png, display
+from tracer.version import install_command
 
 SHARE = 0.02
 """Most of the time that is spent on showing."""
@@ -74,7 +75,7 @@ def tev(name: str, address: str = "") -> Occasional:
     try:
         import tevclient
     except ImportError:
-        raise SettingsError('tev: tevclient is not installed; pip install "tracer[tev]".') from None
+        raise SettingsError(f"tev: tevclient is not installed; install it, {install_command('tev')}.") from None
     client = tevclient.Ipc(host, int(port or TEV_PORT))
     try:
         client.__enter__()

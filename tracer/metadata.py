@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 from typing import Any
 
 import mitsuba as mi
 
 from tracer.result import Result
-
-
-def version() -> str:
-    """Return the version of tracer."""
-    return importlib.metadata.version("tracer")
+from tracer.version import version
 
 
 def metadata(result: Result, scene_hash: str) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from tracer.errors import ClusterError, SettingsError
+from tracer.version import install_command
 
 try:
     import dask
@@ -18,7 +19,7 @@ try:
     from distributed.comm.addressing import parse_address
     from distributed.comm.registry import get_backend
 except ImportError:
-    raise ClusterError("Workers need Dask distributed; install it with: pip install 'tracer[cluster]'.") from None
+    raise ClusterError(f"Workers need Dask distributed; install it, {install_command('cluster')}.") from None
 
 from tracer.cluster.bundle import Bundle, pack
 from tracer.cluster.setup import Setup, require_same, software

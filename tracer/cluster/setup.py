@@ -13,6 +13,7 @@ from typing import Any
 import tracer
 from tracer.errors import ClusterError, SettingsError
 from tracer.scene import Crop, Size
+from tracer.version import version
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ def make_setup(
 @cache
 def software() -> dict[str, str]:
     """Return what samples depend on beside the scene: versions, and a hash of our source."""
-    found = {"tracer": importlib.metadata.version("tracer"), "tracer's source": source_hash()}
+    found = {"tracer": version(), "tracer's source": source_hash()}
     return found | {name: importlib.metadata.version(name.lower()) for name in ("Mitsuba", "DrJit")}
 
 
@@ -82,9 +83,9 @@ def source_hash() -> str:
 
 def require_same(theirs: dict[str, str], ours: dict[str, str], worker: str) -> None:
     """Raise ClusterError unless a worker is made of what the client is made of."""
-    for name, version in ours.items():
-        if theirs.get(name) != version:
+    for name, own in ours.items():
+        if theirs.get(name) != own:
             raise ClusterError(
-                f"Worker {worker} has {name} {theirs.get(name)}, and the client {version}: they would not draw the "
+                f"Worker {worker} has {name} {theirs.get(name)}, and the client {own}: they would not draw the "
                 "same samples; install the same on both."
             )
