@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from tracer import criteria, memory, objective, pilot
+from tracer import criteria, memory, objective, pilot, threads
 from tracer.checkpoint import Keeper
 from tracer.decide import Decision, Situation, decide, share_out
 from tracer.denoise import load as load_denoiser
@@ -227,7 +227,8 @@ class Rendering:
             wanted=self.wanted,
             memory=self.remembered,
         )
-        decision = decide(self.criterion, evidence, settings, situation, state.generator)
+        with threads.for_files():  # a criterion may be anybody's
+            decision = decide(self.criterion, evidence, settings, situation, state.generator)
         state.importance = None if decision.importance is None else relative(decision.importance)
         if decision.note:
             self.report.note(decision.note, once=decision.note.partition(" ")[0])
@@ -305,11 +306,18 @@ class Rendering:
             develop=lambda: self.estimate.develop()[0],
             count=self.estimate.samples,
         )
-        if self.terms.progress is not None and self.terms.progress(now) is False and state.done < self.total:
+        if self.tell(now) is False and state.done < self.total:
             self.report.stopped_by = "person"
         elif not finished and self.clock.is_over() and len(state.rounds) > 0:
             self.report.stopped_by = "time"
         return finished or self.report.stopped_by is None
+
+    def tell(self, now: Progress) -> bool | None:
+        """Call the progress callback, if there is one; it may read and write files."""
+        if self.terms.progress is None:
+            return None
+        with threads.for_files():
+            return self.terms.progress(now)
 
     def develop(self) -> Result:
         """Return the picture and all that is known about it."""

@@ -13,6 +13,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from tracer import threads
 from tracer.errors import SceneError, SettingsError
 from tracer.frame import Frame
 from tracer.load_error import load_error, render_error
@@ -193,7 +194,8 @@ def make_integrator(wanted: Any) -> Any:
     if not isinstance(wanted, dict):
         return wanted
     try:
-        return mi.load_dict(wanted)
+        with threads.for_files():
+            return mi.load_dict(wanted)
     except LOAD_ERRORS as error:
         raise load_error("The integrator", error) from None
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import mitsuba as mi
 
+from tracer import threads
 from tracer.errors import SceneError
 from tracer.load_error import load_error
 from tracer.soundness import require_faces, require_sources
@@ -71,7 +72,7 @@ def load(source: Any, sampler: str | None = None, define: dict[str, str] | None 
             for name in [name for name in node.props.keys() if name != "sample_count"]:  # noqa: SIM118
                 del node.props[name]
     try:
-        with looking_in(parsed.resolver):
+        with looking_in(parsed.resolver), threads.for_files():
             mi.parser.transform_all(config, state)
             scene = mi.parser.instantiate(config, state)
     except LOAD_ERRORS as error:

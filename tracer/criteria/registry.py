@@ -101,13 +101,16 @@ def import_all() -> None:
 
 def import_file(path: Path) -> None:
     """Run a Python file that registers criteria of its own. Raises whatever it raises."""
+    from tracer.threads import for_files
+
     import_all()
     specification = importlib.util.spec_from_file_location(f"tracer_criteria_{path.stem}", path)
     assert specification is not None
     assert specification.loader is not None
     module = importlib.util.module_from_spec(specification)
     sys.modules[specification.name] = module  # where dataclasses look for it
-    specification.loader.exec_module(module)
+    with for_files():
+        specification.loader.exec_module(module)
 
 
 def names() -> list[str]:
