@@ -1,6 +1,7 @@
 """What a render survives: being killed at any moment, being stopped, a disk that is full, a crash of Mitsuba."""
 
 import json
+import os
 import resource
 import signal
 import subprocess
@@ -13,7 +14,7 @@ import pytest
 
 from conftest import LIT
 from tracer import checkpoint, scenes
-from tracer.files import is_running, read_exr
+from tracer.files import is_running, read_exr, write_exr
 
 SIZE = LIT.replace('value="12"', 'value="96"').replace('value="8"', 'value="64"')
 BALL = '<shape type="sphere"><bsdf type="roughconductor"/></shape>'
@@ -120,6 +121,77 @@ def test_a_crash_is_a_sentence(scene, tmp_path):
     assert done.returncode == 3
     assert done.stderr.startswith("tracer: Mitsuba crashed (SIGSEGV)")
     assert not (tmp_path / "out.exr").exists()
+
+
+HANGS = """
+import sys, threading
+import tracer.loop as loop
+from tracer.cli import main
+
+def hang(self, now):
+    import drjit as dr, mitsuba as mi
+    if self.keeper.kept:
+        dr.set_thread_count(1)
+        mi.Bitmap("picture.exr")  # which Mitsuba waits for with one thread, for ever
+    return True
+
+loop.Rendering.tell = hang
+main()
+"""
+
+
+@pytest.mark.slow
+def test_what_hangs_in_mitsuba_ends_on_one_signal_with_its_checkpoint(scene, tmp_path, monkeypatch):
+    monkeypatch.setenv("TRACER_GRACE", "4")
+    write_exr(tmp_path / "picture.exr", ["R", "G", "B"], np.ones((64, 64, 3), np.float32), {})
+    program = [sys.executable, "-c", HANGS, *command(scene, tmp_path, spp=10**6)[3:]]
+    process = start(program, cwd=tmp_path)
+    while not (tmp_path / "state.ckpt").exists():
+        time.sleep(0.05)
+        assert process.poll() is None
+    time.sleep(2.0)
+    process.send_signal(signal.SIGTERM)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 143
+    assert err.startswith("tracer: killed, as it did not end after SIGTERM")
+    samples = checkpoint.read(tmp_path / "state.ckpt").plain["done"]
+    assert samples > 0
+    finish(command(scene, tmp_path, "--resume", spp=samples // (96 * 64) + 8))
+
+
+WORKERS_HANG = """
+import os, time
+from tracer.cluster import unit
+
+def sleep_with_the_lock(*arguments):
+    import ctypes
+    print(os.getpid(), flush=True)
+    ctypes.PyDLL(None).sleep(1000)  # holds Python's lock, as code of Mitsuba may
+
+unit.draw_on_device = sleep_with_the_lock
+"""
+LOADS_MORE = """
+import distributed
+from tracer.cli import main
+
+cluster = distributed.LocalCluster
+distributed.LocalCluster = lambda preload, **options: cluster(preload=[preload, "hangs"], **options)
+main()
+"""
+
+
+@pytest.mark.slow
+def test_workers_that_hang_end_with_the_program(scene, tmp_path, monkeypatch):
+    (tmp_path / "hangs.py").write_text(WORKERS_HANG)
+    monkeypatch.setenv("TRACER_GRACE", "4")
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}:{os.environ.get('PYTHONPATH', '')}")
+    process = start([sys.executable, "-c", LOADS_MORE, *command(scene, tmp_path, "--workers", "2")[3:]], bufsize=1)
+    workers = [int(process.stdout.readline()) for _ in range(2)]
+    process.send_signal(signal.SIGTERM)
+    process.communicate(timeout=60)
+    assert process.returncode == 143
+    time.sleep(0.5)
+    assert not any(is_running(worker) for worker in workers)
 
 
 @pytest.mark.slow
