@@ -6,11 +6,11 @@ import logging
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from tracer.errors import ClusterError, SettingsError
+from tracer.errors import ClusterError, SettingsError, TracerError
 from tracer.version import install_command
 
 try:
@@ -25,6 +25,8 @@ from tracer.cluster.bundle import Bundle, pack
 from tracer.cluster.setup import Setup, require_same, software
 from tracer.cluster.stage import THREADS
 from tracer.cluster.unit import prepare
+
+logger = logging.getLogger(__name__)
 
 LONGEST_WAIT = 20.0
 """Seconds to wait for a scheduler, or for its first worker."""
@@ -42,6 +44,8 @@ class Crew:
     """``distributed.Client``."""
     address: str
     """Of the scheduler."""
+    warming: list[Any] = field(default_factory=list)
+    """A future for each worker that was told to open a scene; Dask forgets what nobody holds one for."""
 
     def workers(self) -> dict[str, int]:
         """Return the threads of each worker, by its address."""
@@ -61,7 +65,21 @@ class Crew:
 
     def begin(self, setup: Setup) -> None:
         """Let all workers open a scene while the client does so itself."""
-        self.client.run(prepare, setup, wait=False, on_error="ignore")
+        self.warming[:] = [
+            self.client.submit(prepare, setup, workers=[worker], pure=False) for worker in self.workers()
+        ]
+        for future in self.warming:
+            future.add_done_callback(log_failure)
+
+
+def log_failure(future: Any) -> None:
+    """Log why a worker could not open a scene, unless that is a mistake of a person."""
+    error = future.exception() if future.status == "error" else None
+    # A person's mistake is raised by the client or by the first unit; a scene that is missing is sent with that.
+    if error is not None and not isinstance(error, TracerError):
+        logger.warning(
+            "A worker did not warm up (%s: %s); it does so with its first unit.", type(error).__name__, error
+        )
 
 
 @contextmanager

@@ -100,7 +100,7 @@ def tell(drawn: dict[str, Any]) -> tuple[Any, Took]:
 
 
 def prepare(setup: Setup) -> None:
-    """Open the scene, and compile what units need, before the first does; what is wrong is found by that one."""
+    """Open the scene, and compile what units need, before the first does. Raises whatever that raises."""
     worker = get_worker()
     place = place_of(worker)
     work = Work(software(), None, SMALLEST_PASS, 0, 1.0)
@@ -110,4 +110,4 @@ def prepare(setup: Setup) -> None:
         drawn = draw_on_device(worker.address, setup, place, work, None, 0, (0, 1), [Stretch(0, 0 * one, one)])
         draw_on_device(worker.address, setup, place, work, drawn, 0, (0, 1), [Stretch(0, one, 2 * one)])
 
-    DEVICE.submit(compile_all)
+    DEVICE.submit(compile_all).result()
