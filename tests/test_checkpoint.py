@@ -148,3 +148,15 @@ def test_a_checkpoint_that_cannot_be_written_does_not_stop_the_render(cornell, t
     assert "could be written is still there" in result.report.notes[-1]
     assert path.read_bytes() == before
     assert [each.name for each in tmp_path.iterdir()] == ["state.ckpt"]
+
+
+def test_a_checkpoint_that_may_not_be_read_is_not_called_damaged(tmp_path, monkeypatch):
+    path = tmp_path / "state.ckpt"
+    path.touch()
+
+    def refuse(*arguments):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr("zipfile.ZipFile", refuse)
+    with pytest.raises(CheckpointError, match=r"Cannot read '.*state\.ckpt': Permission denied"):
+        checkpoint.read(path)

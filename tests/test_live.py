@@ -138,3 +138,15 @@ def test_a_notebook_shows_one_display_that_changes(monkeypatch):
     assert len(shown) == 2
     assert 'value="20"' in shown[1]
     assert "data:image/png;base64" in shown[0]
+
+
+def test_what_stops_being_shown_is_logged(at_once, tmp_path, caplog):
+    path = tmp_path / "folder" / "now.png"
+    path.parent.mkdir()
+    show = live.png(path)
+    path.parent.rmdir()
+    show(progress())
+    show(progress())
+    (message,) = [record.getMessage() for record in caplog.records]
+    assert str(path) in message
+    assert message.endswith("The render goes on without it.")

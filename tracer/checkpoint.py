@@ -80,6 +80,8 @@ def read(path: Path) -> Checkpoint:
         return Checkpoint(path=path, arrays=arrays, **require_kinds(header, arrays))
     except CheckpointError:
         raise
+    except PermissionError as error:
+        raise CheckpointError(f"Cannot read '{path}': {error.strerror}.") from None
     except Exception:  # whatever bytes can do to the readers of ZIP, NumPy and JSON
         raise CheckpointError(f"'{path}' is no checkpoint, or a damaged one; remove it to begin anew.") from None
 

@@ -131,7 +131,7 @@ def predicted_gain(deviation: Floats, share: Floats, cost: Floats) -> float:
     """
     if not np.any(deviation > 0):
         return 1.0
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore"):  # 0 / 0 is not chosen; without a share the gain is 0
         error = np.where(deviation > 0, deviation**2 / share, 0.0)
     return float(np.mean(deviation**2) * np.mean(cost) / (np.mean(error) * np.mean(share * cost)))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -10,6 +11,8 @@ import drjit as dr
 import mitsuba as mi
 
 from tracer.scene import View
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -149,8 +152,9 @@ class Recorded:
         if self.recordable:
             try:
                 return Samples(*self.record(seed, pixel, index, last))
-            except RuntimeError:  # tracing finds the error again, if it is another one
+            except RuntimeError as error:  # tracing finds the error again, if it is another one
                 self.recordable = False
+                logger.info("Every pass is traced anew, as the scene cannot be recorded: %s", error)
         return Samples(*self.trace(seed, pixel, index, last))
 
     def shoot(self, seed: Any, pixel: Any, index: Any, differential_scale: Any) -> tuple[Any, ...]:

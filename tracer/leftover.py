@@ -46,7 +46,7 @@ class Leftover:
         weight = objective.weights("relative", gaussian_filter(self.view.luminance(known.mean[inner]), 1.0))
         left = gaussian_filter(weight * np.mean((present - past) ** 2, axis=-1), SMOOTH)
         noise = gaussian_filter(weight * np.mean((noisy[1] - noisy[0]) ** 2, axis=-1), SMOOTH)
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore"):  # where nothing is noise the quotient is not chosen
             share = np.where(noise > 0, left / noise, 1.0)
         return np.pad(np.clip(share, LEAST, 1.0), self.view.border, mode="edge")
 

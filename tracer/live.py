@@ -6,6 +6,7 @@ then: after one that took t seconds the next waits for 50 t at least, so that th
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -19,6 +20,8 @@ from tracer.errors import OutputError, SettingsError
 from tracer.progress import Progress, ProgressCallback
 from tracer.result import as_png, display
 from tracer.version import install_command
+
+logger = logging.getLogger(__name__)
 
 SHARE = 0.02
 """Most of the time that is spent on showing."""
@@ -57,8 +60,9 @@ def png(path: Path) -> Occasional:
     def show(progress: Progress) -> None:
         try:
             files.write_png(path, display(progress.image))
-        except OutputError:
+        except OutputError as error:
             callback.next = float("inf")  # a picture of progress is not worth the render
+            logger.warning("%s The render goes on without it.", error)
 
     callback = Occasional(show)
     return callback
@@ -95,8 +99,9 @@ def tev(name: str, address: str = "") -> Occasional:
                 client.create_image(name, values.shape[1], values.shape[0], channels)
                 created.append(name)
             client.update_image(name, values, channels)
-        except OSError:  # the viewer was closed
+        except OSError as error:
             callback.next = float("inf")
+            logger.warning("tev does not answer any more (%s). The render goes on without it.", error)
 
     callback = Occasional(show, lambda: client.__exit__(None, None, None))
     return callback

@@ -138,7 +138,7 @@ class Rendering:
         """Keep what there is, if that can be, after workers have failed; return a sentence about it."""
         if self.keeper is None:
             return "Nothing is kept: name a checkpoint to go on from."
-        with suppress(ClusterError):
+        with suppress(ClusterError):  # sums that are lost: the sentence says how many the file has
             self.keeper.save(self.state)
         return self.keeper.in_words(self.total)
 

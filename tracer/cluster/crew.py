@@ -103,7 +103,7 @@ def open_crew(cluster: Any) -> Iterator[Crew]:
 
 
 def be_quiet() -> None:
-    """Let Dask say nothing: what a person must know is an error of ours."""
+    """Let Dask say nothing of workers that come and go: what fails reaches us with the future that was asked for."""
     for name in logging.root.manager.loggerDict:
         if name.startswith("distributed"):
             logging.getLogger(name).setLevel(logging.CRITICAL)

@@ -102,8 +102,12 @@ class Post:
         if future.status == "error":
             outcome = await future.exception()
         elif future.status == "finished":
-            with suppress(CancelledError, *UNANSWERED):
+            try:
                 outcome = await self.result_of(future.key)
+            except (CancelledError, *UNANSWERED):
+                pass  # lost with its worker: whoever waits for it has it drawn again
+            except Exception as error:  # else nobody would hear of it, and the render would wait for ever
+                outcome = error
         self.inbox.put((about, outcome))
 
     async def result_of(self, key: Any) -> Any:
@@ -134,7 +138,7 @@ class Post:
     def cancel(self, futures: Sequence[Future]) -> None:
         """Let go of what nobody waits for any more."""
         if futures:
-            with suppress(*UNANSWERED):
+            with suppress(*UNANSWERED):  # a scheduler that is gone works on nothing; whoever needs it next says so
                 self.client.cancel(list(futures))
 
 

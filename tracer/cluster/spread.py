@@ -245,8 +245,10 @@ class Spread:
             quiet = 0.0 if heard else quiet + TICK
             for several, outcome in heard:
                 under_way -= 1
+                if isinstance(outcome, CancelledError | SceneMissingError):
+                    continue  # lost with its worker, or with one that was to draw it again: see ``gather``
                 if isinstance(outcome, BaseException):
-                    continue  # lost with its worker
+                    raise explained(outcome) from None
                 sums = outcome["sums"].packed()
                 self.post.traffic.bytes_received += sums.nbytes
                 self.post.traffic.bytes_of_sums += sums.nbytes

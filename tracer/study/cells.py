@@ -99,7 +99,7 @@ def is_kept(cell: Cell, output: Path) -> bool:
     path = cell.path(output)
     try:
         return path.exists() and files.read_metadata(path).get("key") == cell.key
-    except OutputError:
+    except OutputError:  # damaged: it is made again and takes its place
         return False
 
 

@@ -111,5 +111,5 @@ def count_scenes(output: Path) -> int:
     """Return how many scenes the results in a folder are of."""
     try:
         return len(json.loads((output / RESULT_FILES[0]).read_text())["scenes"])
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError):  # none, or damaged: there is nothing to keep
         return 0

@@ -116,7 +116,7 @@ def shoot_on_device(plan: Plan, scene: Scene, setup: Setup, place: Place, block:
         try:
             shot, spp = theatre.opened(cell).shoot(cell)
             made.append((cell, (shot, spp, machine())))
-        except Exception as error:
+        except Exception as error:  # told as a failure, as where the client draws
             made.append((cell, failure(cell, error)))
     return made
 

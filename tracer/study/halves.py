@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +14,8 @@ from tracer import files
 from tracer.score import luminance
 
 Floats = NDArray[np.float64]
+logger = logging.getLogger(__name__)
+
 TILES = 8
 """Parts on each side of the picture whose means are kept chunk by chunk."""
 
@@ -70,7 +73,10 @@ class Half:
             with np.load(path) as stored:
                 arrays = (stored[name] for name in ("mean", "deviations", "variance", "tiles"))
                 return cls(int(stored["chunk_spp"]), *arrays)
-        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        except FileNotFoundError:
+            return None
+        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+            logger.warning("'%s' cannot be read (%s) and is made anew.", path, error)
             return None
 
 

@@ -169,7 +169,7 @@ def open_studio(stack: ExitStack, setting: Setting) -> tuple[Studio, str | None]
     """Open a scene with Mitsuba's best sampler for a known count, or its own where there is none to replace."""
     try:
         return Studio(stack, setting, [SAMPLER]), SAMPLER
-    except SceneError:
+    except SceneError:  # no sampler there is to replace, or what the next line raises again
         return Studio(stack, setting), None
 
 

@@ -153,7 +153,7 @@ class Study:
             return None
         try:
             return cell, *cells.load(cell, self.output)
-        except Exception as error:
+        except Exception as error:  # whatever damage does to a file; it is among the failures that are told
             cell.path(self.output).unlink()
             self.results.failures.append(shoot.failure(cell, error))
             return None

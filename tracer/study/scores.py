@@ -28,7 +28,7 @@ class ScoreBook:
         if path.exists():
             try:
                 self.known = json.loads(path.read_text())
-            except ValueError:
+            except ValueError:  # damaged: what it had is worked out again
                 self.known = {}
 
     def scores(self, cell: Cell, image: Any, reference: Reference) -> Scores:

@@ -55,7 +55,7 @@ def shoot(plan: Plan, scene: Scene, blocks: list[list[Cell]], output: Path, run:
             try:
                 shot, spp = opened[cell.method].shoot(cell)
                 store(cell, output, shot, spp, run)
-            except Exception as error:
+            except Exception as error:  # the other cells can still be measured; this one is told as a failure
                 failures.append(failure(cell, error))
             told(cell, text)
     return failures
@@ -94,7 +94,7 @@ class Opened:
                 if self.plan.sampler is not None:
                     # Mitsuba's samplers need other kernels for every count, ours the same for all.
                     steady_seconds(self.method, self.spps[budget])
-        except Exception as error:
+        except Exception as error:  # raised by each of its cells, which are told as failures
             self.broken = error
 
     def open(self) -> Method:

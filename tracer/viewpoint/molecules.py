@@ -82,7 +82,7 @@ def read_by_ase(path: Path) -> Atoms:
         if claimed.isdigit() and int(claimed) > lines:  # ASE would wait for them for ever
             raise ValueError(f"it says that it has {int(claimed)} atoms, and has {lines} lines")
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+        warnings.simplefilter("ignore")  # of parts that are not used here; atoms and places are checked below
         atoms = ase.io.read(path)
     if isinstance(atoms, list):
         atoms = atoms[-1]

@@ -181,7 +181,7 @@ def area_of(shape: Any) -> float:
     """Return the area of a shape that is no mesh; NaN of one that cannot tell, as instances and curves."""
     try:
         area = float(shape.surface_area()[0])
-    except RuntimeError:
+    except RuntimeError:  # that is how Mitsuba says that a kind of shape has no area
         return float("nan")
     return area if area > 0 else float("nan")
 
