@@ -9,7 +9,7 @@ from statistics import median
 from typing import Any
 
 import numpy as np
-from distributed import CancelledError
+from distributed import CancelledError, KilledWorker
 from numpy.typing import NDArray
 
 from tracer.cluster.crew import Crew
@@ -245,7 +245,7 @@ class Spread:
             quiet = 0.0 if heard else quiet + TICK
             for several, outcome in heard:
                 under_way -= 1
-                if isinstance(outcome, CancelledError | SceneMissingError):
+                if isinstance(outcome, CancelledError | KilledWorker | SceneMissingError):
                     continue  # lost with its worker, or with one that was to draw it again: see ``gather``
                 if isinstance(outcome, BaseException):
                     raise explained(outcome) from None
