@@ -15,6 +15,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from tracer.cli.signals import HANDLED as PASSED_ON
 from tracer.cli.signals import REPEATED_SECONDS
 from tracer.errors import SettingsError
 from tracer.processes import die_with
@@ -44,15 +45,18 @@ def guarded(work: Callable[[], None]) -> None:
         sys.stderr.write(f"tracer: {error}\n")
         sys.exit(error.exit_code)
     parent = os.getpid()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, PASSED_ON)  # until there is somebody to pass them on
     child = os.fork()
     if child == 0:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
         die_with(parent)
         work()
         return
     guard = Guard(child, seconds)
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in PASSED_ON:
         signal.signal(number, guard.pass_on)
     signal.signal(signal.SIGALRM, guard.kill)
+    signal.pthread_sigmask(signal.SIG_SETMASK, before)
     _, status = os.waitpid(child, 0)
     sys.exit(guard.exit_code(status))
 
