@@ -6,17 +6,19 @@ import pytest
 
 from tracer.errors import SettingsError
 from tracer.viewpoint import item_buffer, measures, sphere
-from tracer.viewpoint.channel import adjacent
-from tracer.viewpoint.item_buffer import Rays, around, at, projected_areas
+from tracer.viewpoint.channel import adjacent, new_channel
+from tracer.viewpoint.gauge import stand
+from tracer.viewpoint.item_buffer import Rays, Viewpoints, around, at, projected_areas
 from tracer.viewpoint.lens import Orthographic, Perspective, WholeSphere
 from tracer.viewpoint.subject import open_subject
-from tracer.viewpoint.survey import sum_up, survey
+from tracer.viewpoint.survey import survey
 
 from .conftest import mesh_scene
 
 DIRECTIONS, TRIANGLES = sphere.icosphere(2)
 BESIDE = sphere.neighbours(TRIANGLES)
 RAYS = Rays(side=96)
+FRAME = ("eyes", "forward", "right", "up")
 
 
 @pytest.fixture(scope="module")
@@ -221,13 +223,65 @@ def test_true_areas_that_no_shape_tells_are_not_made_up():
         survey(subject, views, Perspective(40), RAYS, ["kullback_leibler"])
 
 
+def saliency(areas, faces):
+    """Return S(z) of triangles (Z, 3) by the formula, one pair of neighbours after the other."""
+    by_surface = areas.T  # rows: p(v|z) up to a factor
+    found = []
+    for z, face in enumerate(faces):
+        beside = [y for y, other in enumerate(faces) if len(set(face) & set(other)) == 2]
+        divergences = []
+        for y in beside:
+            both = by_surface[y] + by_surface[z]
+            own = sum(by_surface[k].sum() * entropy(by_surface[k]) for k in (y, z)) / both.sum()
+            divergences.append(entropy(both) - own)
+        found.append(np.mean(divergences) if beside else 0.0)
+    return np.array(found)
+
+
+def salient_divergence(areas, salient):
+    """Return the sum of p log2(p / q), q ~ p(z) S(z), over the surfaces of which S > 0, for each row of areas."""
+    wanted = areas.sum(axis=0) * salient
+    rows = [(row / row.sum(), (row > 0) & (salient > 0)) for row in areas]
+    return [np.sum(p[seen] * np.log2(p[seen] * wanted.sum() / wanted[seen])) for p, seen in rows]
+
+
 def test_salient_mutual_information_by_its_formula(subject, areas, values):
     """VMI with p(z) S(z) / sum p S instead of p(z) (Feixas and others, equation 24)."""
-    channel = sum_up(subject, around(subject.centre, 6 * subject.radius, DIRECTIONS), Perspective(19), RAYS, True)
-    weighted = channel.sums * channel.saliency
-    expected = weighted / weighted.sum()
-    for k, row in enumerate(areas[:5]):
-        seen = row > 0
-        p = row[seen] / row.sum()
-        divergence = np.sum(p * np.log2(p / np.maximum(expected[seen], 1e-300)))
-        assert values["salient_mutual_information"][k] == pytest.approx(divergence, rel=1e-3)
+    expected = salient_divergence(areas, saliency(areas, subject.mesh.joined))
+    assert values["salient_mutual_information"] == pytest.approx(expected, rel=1e-3)
+
+
+def test_surfaces_without_saliency_are_left_out():
+    """A triangle by itself has no neighbour that it could differ from: it hides, and is not missed."""
+    points, faces = sphere.icosphere(1)
+    apart = [[1.5, 0, 0], [1.5, 0.5, 0], [1.5, 0, 0.5]]
+    faces = np.vstack([faces, len(points) + np.arange(3)])
+    subject = open_subject(mesh_scene(np.vstack([points, apart]), faces))
+    directions = sphere.icosphere(1)[0]
+    place = stand(subject)
+    views = place.viewpoints(directions)
+    areas = np.concatenate([one.areas for one in projected_areas(subject, views, place.lens, RAYS)]).astype(float)
+    found = survey(subject, views, place.lens, RAYS, ["salient_mutual_information"])["salient_mutual_information"]
+    assert found == pytest.approx(salient_divergence(areas, saliency(areas, faces)), rel=1e-5)
+    assert 1 < found.min() < found.max() < 2
+    assert directions[found.argmin()] == pytest.approx([1, 0, 0])
+
+
+def test_what_sees_nothing_salient_is_no_good_view():
+    points, faces = sphere.icosphere(0)
+    far = np.array([[40.0, 0, 0], [40, 0.5, 0], [40, 0, 0.5]])
+    subject = open_subject(mesh_scene(np.vstack([points, far]), np.vstack([faces, len(points) + np.arange(3)])))
+    views = [around(np.zeros(3), 8, -np.eye(3)), around(far.mean(axis=0), 8, -np.eye(3)[:1])]
+    views = Viewpoints(*(np.concatenate([getattr(one, name) for one in views]) for name in FRAME))
+    found = survey(subject, views, Perspective(19), RAYS, ["salient_mutual_information", "visible"])
+    assert found["visible"][3] == 1
+    assert np.isfinite(found["salient_mutual_information"]).tolist() == [True, True, True, False]
+
+
+def test_rounding_is_not_saliency():
+    """Two surfaces of which every view sees the same part of each have a divergence of 0, whatever their size."""
+    generator = np.random.default_rng(5)
+    areas = generator.uniform(0, 1e-5, (162, 1)) * generator.uniform(0.1, 10, 400)
+    channel = new_channel(400, np.arange(400).reshape(-1, 2))
+    channel.add(areas)
+    assert np.all(channel.saliency == 0)

@@ -19,6 +19,8 @@ from tracer.viewpoint.subject import Mesh
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+ROUNDING = 1e-12
+"""Bits: what is left of a divergence of 0 is less."""
 
 
 def times_log(values: NDArray) -> Floats:
@@ -79,7 +81,8 @@ class Channel:
         both = self.sums[y] + self.sums[z]
         own = self.sums[y] * self.entropy_of_views[y] + self.sums[z] * self.entropy_of_views[z]
         mean_own = np.divide(own, both, out=np.zeros_like(own), where=both > 0)
-        divergence = np.maximum(mean_logs(both, self.pair_logs) - mean_own, 0.0)
+        divergence = mean_logs(both, self.pair_logs) - mean_own
+        divergence = np.where(divergence > ROUNDING, divergence, 0.0)
         count = np.bincount(self.pairs.ravel(), minlength=len(self.sums))
         total = np.bincount(self.pairs.ravel(), np.repeat(divergence, 2), len(self.sums))
         return total / np.maximum(count, 1)

@@ -50,13 +50,16 @@ def kullback_leibler(sight: Sight) -> float:
     M. Sbert, D. Plemenos, M. Feixas and F. Gonzalez, "Viewpoint quality: measures and applications", CAe 2005.
     Where nothing is seen it is infinite.
     """
-    return divergence(sight, sight.subject.areas)
+    return max(divergence(sight, sight.subject.areas), 0.0)  # less is rounding
 
 
 def divergence(sight: Sight, expected: np.ndarray) -> float:
-    """Return sum p(z|v) log2(p(z|v) / q(z)) in bits, q ~ ``expected`` (Z,); infinite where nothing is seen."""
-    if not len(sight.surfaces):
+    """Return sum p(z|v) log2(p(z|v) / q(z)) in bits, q ~ ``expected`` (Z,), over the surfaces of which any is expected.
+
+    Infinite where none of those is seen.
+    """
+    counted = expected[sight.surfaces] > 0
+    if not counted.any():
         return float("inf")
-    q = expected[sight.surfaces] / expected.sum()
-    p = sight.shares
-    return max(float(np.sum(p * np.log2(p / np.maximum(q, 1e-300)))), 0.0)
+    p, q = sight.shares[counted], expected[sight.surfaces[counted]] / expected.sum()
+    return float(np.sum(p * np.log2(p / q)))

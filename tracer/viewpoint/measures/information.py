@@ -33,7 +33,7 @@ def sums_with(sight: Sight) -> Floats:
 @measure("mutual_information", "least", "channel")
 def mutual_information(sight: Sight) -> float:
     """Return VMI, or I1, in bits: the divergence of p(z|v) from p(z); infinite where nothing is seen."""
-    return divergence(sight, sums_with(sight))
+    return max(divergence(sight, sums_with(sight)), 0.0)  # less is rounding
 
 
 @measure("information_2", "least", "channel")

@@ -25,7 +25,12 @@ def projected_saliency(sight: Sight) -> float:
 
 @measure("salient_mutual_information", "least", "channel", "saliency")
 def salient_mutual_information(sight: Sight) -> float:
-    """Return the divergence in bits of p(z|v) from p(z) S(z), normalised: low if what is salient is seen most."""
+    """Return the divergence in bits of p(z|v) from p(z) S(z), normalised: low if what is salient is seen most.
+
+    Surfaces of saliency 0 add nothing but to the projected area that p(z|v) is a share of, as in the program of the
+    survey (github.com/limdor/quoniam). Unlike there, a view that sees no other surface is the worst, infinite. Where
+    the saliency of all is 0, none is preferred: the mutual information.
+    """
     sums = sums_with(sight)
     wanted = sums * channel_of(sight).saliency
     return divergence(sight, wanted if wanted.sum() > 0 else sums)
