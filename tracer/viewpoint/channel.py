@@ -102,12 +102,16 @@ def new_channel(surfaces: int, pairs: Integers | None = None) -> Channel:
 
 
 def adjacent(mesh: Mesh) -> Integers:
-    """Return the pairs (E, 2) of different surfaces whose triangles share an edge, each once."""
+    """Return the pairs (E, 2) of different surfaces whose triangles share an edge, however many do, each pair once."""
     corners = mesh.joined
     edges = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
-    owner = np.repeat(mesh.surface, 3)
-    order = np.lexsort((edges[:, 1], edges[:, 0]))
-    edges, owner = edges[order], owner[order]
-    same = np.all(edges[1:] == edges[:-1], axis=1) & (owner[1:] != owner[:-1])
-    pairs = np.sort(np.stack([owner[:-1][same], owner[1:][same]], axis=-1), axis=1)
-    return np.unique(pairs, axis=0).astype(np.int64).reshape(-1, 2)
+    rows = np.column_stack([edges, np.repeat(mesh.surface, 3)])
+    rows = rows[np.lexsort(rows.T[::-1])]
+    rows = rows[np.any(np.diff(rows, axis=0, prepend=-1) != 0, axis=1)]  # each surface once at each edge
+    pairs = [np.zeros((0, 2), np.int64)]
+    for step in range(1, len(rows)):
+        same = np.all(rows[step:, :2] == rows[:-step, :2], axis=1)
+        if not same.any():  # no edge has more surfaces
+            break
+        pairs.append(np.stack([rows[:-step, 2][same], rows[step:, 2][same]], axis=-1))
+    return np.unique(np.concatenate(pairs), axis=0)
