@@ -147,6 +147,41 @@ def test_the_fast_way_has_a_standard_error(scene, tmp_path):
         assert all(0 < float(row["entropy_stderr"]) < 0.1 for row in csv.DictReader(file))
 
 
+SIDES = ["", 'y="1" angle="90"', 'y="1" angle="180"', 'y="1" angle="270"', 'x="1" angle="90"', 'x="1" angle="270"']
+
+
+@pytest.fixture
+def cube(tmp_path):
+    """Write a cube of edge 1 of six rectangles."""
+    shapes = [
+        '<shape type="rectangle"><transform name="to_world"><scale value="0.5"/><translate z="0.5"/>'
+        f"{side and f'<rotate {side}/>'}</transform></shape>"
+        for side in SIDES
+    ]
+    path = tmp_path / "cube.xml"
+    path.write_text(f'<scene version="3.0.0">{"".join(shapes)}</scene>')
+    return path
+
+
+def test_without_background_one_face_is_the_least_that_a_view_sees(cube, tmp_path):
+    few = ["--surfaces", "shape", "--orthographic", "--no-background", "--random", 2000, "-q"]
+    call("best", cube, "-o", tmp_path / "out", *few, "--good", "least", "--search", "paper")
+    report = json.loads((tmp_path / "out" / "best.json").read_text())
+    assert (report["value"], report["stderr"]) == (0, 0)
+    assert np.sort(np.abs(report["direction"])) == pytest.approx([0, 0, 1])
+
+
+@pytest.mark.parametrize(
+    ("command", "rays"), [("best", "--random"), ("best", "--side"), ("tour", "--side"), ("cover", "--side")]
+)
+def test_nothing_in_sight_is_said(command, rays, tmp_path):
+    path = tmp_path / "line.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n")  # a face without area
+    with pytest.raises(TracerError, match="No view sees anything"):
+        call(command, path, "-o", tmp_path / "out", rays, 64, "-q")
+    assert not (tmp_path / "out").exists()
+
+
 def test_pictures_lit_by_the_scene(scene, tmp_path):
     few = ["--search", "paper", "-m", "visible", *FEW]
     call("best", scene, "-o", tmp_path / "eye", *few)

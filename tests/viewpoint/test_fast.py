@@ -98,3 +98,19 @@ def test_a_view_of_nothing(subject):
         found = estimate_entropy(subject, away, lens, 100, background=background)
         assert (found.entropy, found.stderr) == (0, 0)
     assert estimate_entropy(subject, views, WholeSphere(), 100).entropy >= 0
+
+
+VIEWS_OF_A_CUBE = sphere.normalised([[0.0, 0, 1], [1, 0, 1], [1, 1, 1]])
+
+
+def test_one_surface_has_no_entropy_and_is_seen(quads):
+    cube = open_subject(quads, "shape")
+    views = around(cube.centre, 3, VIEWS_OF_A_CUBE)
+    found = estimate_entropy(cube, views, Orthographic(1), 4001, background=False)
+    assert found.entropy == pytest.approx([0, 1, np.log2(3)], abs=5e-3)  # H of equal shares falls by their variance
+    assert (found.entropy[0], found.stderr[0]) == (0, 0)
+    projected = VIEWS_OF_A_CUBE.sum(axis=1) / 4  # a convex body, edge 1, in an image of 2 x 2
+    errors = np.sqrt(projected * (1 - projected) / 4001)
+    assert np.all(np.abs(found.covered - projected) < 3.3 * errors)  # of three, false alarms 3 in 1000
+    away = around(np.array([50.0, 50, 50]), 1, np.eye(3)[:1])
+    assert estimate_entropy(cube, away, Orthographic(1), 100).covered == 0

@@ -1,5 +1,7 @@
 """Searches on functions whose best direction is known, and on a scene."""
 
+from dataclasses import replace
+
 import mitsuba as mi
 import numpy as np
 import pytest
@@ -9,7 +11,7 @@ from hypothesis import strategies as st
 from tracer.viewpoint import measures, sphere
 from tracer.viewpoint.gauge import Gauge, ring, stand
 from tracer.viewpoint.item_buffer import Rays
-from tracer.viewpoint.lens import Orthographic
+from tracer.viewpoint.lens import Orthographic, Perspective
 from tracer.viewpoint.search import exhaustive_search, paper_search
 from tracer.viewpoint.subject import open_subject
 
@@ -113,3 +115,24 @@ def test_the_best_view_of_a_cube_is_its_corner(triangles):
     assert np.abs(found.direction) == pytest.approx(np.full(3, 3**-0.5), abs=0.03)
     assert found.value == pytest.approx(1 + np.log2(3), abs=2e-3)
     assert found.evaluations == gauge.evaluations
+
+
+@pytest.mark.parametrize("rays", [Rays(side=64), Rays(random=3000)])
+@pytest.mark.parametrize(("lens", "background"), [(Orthographic(1), False), (Perspective(10), True)])
+def test_a_view_of_one_surface_is_a_view(quads, rays, lens, background):
+    """With an entropy of 0: of parallel rays all that hit do so on one face; near by, it fills the image."""
+    subject = open_subject(quads, "shape")
+    place = replace(stand(subject), distance=1.0, lens=lens)
+    gauge = Gauge(subject, place, rays, "entropy", background, "least")
+    axes = np.concatenate([np.eye(3), -np.eye(3)])
+    assert gauge.better(axes).tolist() == 6 * [0]
+    assert gauge.sighted
+    assert exhaustive_search(gauge.better, level=0, also=axes).value == 0
+
+
+@pytest.mark.parametrize("rays", [Rays(side=64), Rays(random=3000)])
+def test_a_view_of_nothing_is_none(quads, rays):
+    subject = open_subject(quads, "shape")
+    gauge = Gauge(subject, stand(subject, centre=np.array([90.0, 0, 0]), distance=1.0), rays, "entropy", good="least")
+    assert gauge.better(-np.eye(3)[1:]).tolist() == [-np.inf, -np.inf]
+    assert not gauge.sighted

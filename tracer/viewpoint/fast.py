@@ -35,6 +35,8 @@ class Estimate:
     """Of the observed shares."""
     once: Floats
     """Share of the surfaces seen that one ray alone hit: where it is near 1 no estimate is good."""
+    covered: Floats
+    """Share of the rays that hit anything. An entropy of 0 does not tell: one surface seen has it, too."""
 
 
 def estimate_entropy(
@@ -42,8 +44,8 @@ def estimate_entropy(
 ) -> Estimate:
     """Return the entropy of each view from ``rays`` random rays.
 
-    Without background only the rays that hit count. A view that sees nothing has entropy 0, and so has its error: rays
-    that all miss cannot tell.
+    Without background only the rays that hit count. Where all rays see the same, one surface or nothing, entropy and
+    error are 0: they cannot tell of what they did not see.
     """
     found = []
     for batch in projected_areas(subject, viewpoints, lens, Rays(random=rays, seed=seed)):
@@ -53,12 +55,12 @@ def estimate_entropy(
             count = rays if background else max(rays * share, 1.0)
             if background:
                 seen = np.append(seen, max(lens.image_area - seen.sum(), 0.0))
-            found.append(estimate(seen, count))
-    return Estimate(*np.array(found, np.float64).reshape(-1, 4).T)
+            found.append((*estimate(seen, count), share))
+    return Estimate(*np.array(found, np.float64).reshape(-1, 5).T)
 
 
 def estimate(areas: Floats, count: float) -> tuple[float, float, float, float]:
-    """Return the fields of ``Estimate`` for observed areas, seen by ``count`` rays."""
+    """Return (entropy, stderr, uncorrected, once) of ``Estimate`` for observed areas, seen by ``count`` rays."""
     p = complexity.probabilities(areas)
     p = p[p > 0]
     if not len(p):
@@ -68,7 +70,10 @@ def estimate(areas: Floats, count: float) -> tuple[float, float, float, float]:
     variance = max(float(np.sum(p * surprise**2)) - entropy**2, 0.0)
     hits = np.rint(p * count)
     hits = hits[hits > 0]  # what rounding left of a background that nothing hit is none
-    corrected, once = grassberger(hits), float(np.mean(hits <= 1))
+    once = float(np.mean(hits <= 1))
+    if len(hits) < 2:
+        return 0.0, 0.0, entropy, once
+    corrected = grassberger(hits)
     return corrected, float(np.hypot(np.sqrt(variance / count), once * (corrected - entropy))), entropy, once
 
 

@@ -89,6 +89,8 @@ class Gauge:
     """Called with the views that are done and all there are, of each call. May raise to stop."""
     seen: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, bool), repr=False)
     """Of the last call: which views saw anything."""
+    sighted: bool = False
+    """Whether any view of any call saw anything."""
 
     @property
     def measure(self) -> measures.Measure:
@@ -114,7 +116,7 @@ class Gauge:
         views = self.stand.viewpoints(directions)
         if self.estimated:
             found = self.estimate(views)
-            self.seen = found.entropy > 0
+            self.note(found.covered)
             return found.entropy
         values = survey(
             self.subject,
@@ -127,8 +129,13 @@ class Gauge:
             channel=self.channel,
             progress=self.progress,
         )
-        self.seen = values[SHARE][:count] > 0
+        self.note(values[SHARE][:count])
         return values[self.name][:count]
+
+    def note(self, covered: Floats) -> None:
+        """Note which views saw anything: those of which anything covers a share of the image."""
+        self.seen = covered > 0
+        self.sighted |= bool(self.seen.any())
 
     @property
     def estimated(self) -> bool:

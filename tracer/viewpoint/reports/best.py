@@ -12,7 +12,7 @@ from tracer import files
 from tracer.errors import SceneError
 from tracer.viewpoint import measures, plots
 from tracer.viewpoint.camera import write_sensors
-from tracer.viewpoint.reports.desk import Desk, name_direction, number
+from tracer.viewpoint.reports.desk import Desk, name_direction, number, require_sight
 from tracer.viewpoint.search import Found, exhaustive_search, paper_search
 from tracer.viewpoint.sphere import icosphere
 
@@ -53,8 +53,9 @@ def best(
         place = name_direction(one.direction, desk.stand.up)
         lines.append([search, place, shown, str(gauge.evaluations - before), f"{seconds:.2f}"])
     winner = max(found.values(), key=lambda one: one.value)
+    require_sight(gauge.sighted)
     if not np.isfinite(winner.value):
-        raise SceneError("No view sees anything: the faces have no area, or all is out of sight; check --centre.")
+        raise SceneError(f"No view that was tried has a finite {name}; choose another measure, or the other searches.")
     desk.say("pictures", len(searches), len(searches) + 1)
     directions, triangles = icosphere(SPHERE_LEVEL)
     values = gauge(directions)

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from tracer import files
-from tracer.errors import SceneError
 from tracer.viewpoint import plots
 from tracer.viewpoint.camera import write_sensors
 from tracer.viewpoint.cover import Cover, Rule, cover
-from tracer.viewpoint.reports.desk import Desk, csv, name_direction
+from tracer.viewpoint.reports.desk import Desk, csv, name_direction, require_sight
 from tracer.viewpoint.sphere import icosphere
 
 FILES = ("views.png", "sphere.png", "views.csv", "cameras.xml")
@@ -34,8 +33,7 @@ def cover_report(
         enough,
         told=lambda count, covered: desk.say(f"{count} views", round(1000 * covered), 1000),
     )
-    if len(found.unseen) == desk.opened.subject.count:
-        raise SceneError("No view sees anything: the faces have no area, or all is out of sight; check --centre.")
+    require_sight(len(found.unseen) < desk.opened.subject.count)
     chosen = directions[found.chosen]
     names = [name_direction(direction, desk.stand.up) for direction in chosen]
     shares = [f"{100 * share:.1f} %" for share in found.covered]

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.errors import SceneError
 from tracer.viewpoint.gauge import Gauge, Stand
 from tracer.viewpoint.item_buffer import Rays, Viewpoints
 from tracer.viewpoint.look import look
@@ -55,6 +56,12 @@ class Desk:
         if self.spp:
             return render_views(self.opened.subject, viewpoints, self.stand.lens, size, self.spp, self.stand.clip)
         return look(self.opened.subject, viewpoints, self.stand.lens, size, self.opened.colours)
+
+
+def require_sight(seen: bool) -> None:
+    """Raise SceneError unless any view saw anything."""
+    if not seen:
+        raise SceneError("No view sees anything: the faces have no area, or all is out of sight; check --centre.")
 
 
 def name_direction(direction: Floats, up: Floats) -> str:

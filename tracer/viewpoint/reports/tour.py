@@ -11,7 +11,7 @@ from tracer import files
 from tracer.viewpoint import plots
 from tracer.viewpoint.camera import write_sensors
 from tracer.viewpoint.gauge import Gauge
-from tracer.viewpoint.reports.desk import Desk, csv, name_direction, number
+from tracer.viewpoint.reports.desk import Desk, csv, name_direction, number, require_sight
 from tracer.viewpoint.search import exhaustive_search
 from tracer.viewpoint.sphere import angle, icosphere
 from tracer.viewpoint.tour import carried, explore, smooth
@@ -32,6 +32,7 @@ def tour(desk: Desk, name: str, steps: int, step: float, frames: int, size: int)
     directions, triangles = icosphere(LEVEL)
     desk.say("best view", 0, 1)
     values = gauge(directions)
+    require_sight(gauge.sighted)
     good = goodness(gauge, values)
     start = exhaustive_search(good, LEVEL, desk.opened.axes).direction
     found = explore(good, start, steps, np.radians(step))
@@ -72,13 +73,14 @@ def tour(desk: Desk, name: str, steps: int, step: float, frames: int, size: int)
 def goodness(gauge: Gauge, values: Floats) -> Any:
     """Return the measure as a function that is never negative, more being better, as weights of places need it.
 
-    Where less is better it is what is missing to the worst of ``values``.
+    Where less is better it is what is missing to the worst of ``values``, those of the gauge's last call. A view that
+    sees nothing is worth nothing, whatever its value.
     """
-    worst = float(np.max(values[np.isfinite(values)], initial=0.0))
+    worst = float(np.max(values[gauge.seen & np.isfinite(values)], initial=0.0))
 
     def good(directions: Floats) -> Floats:
         found = gauge(directions)
-        return np.maximum(found if gauge.sign > 0 else worst - found, 0.0)
+        return np.where(gauge.seen, np.maximum(found if gauge.sign > 0 else worst - found, 0.0), 0.0)
 
     return good
 
