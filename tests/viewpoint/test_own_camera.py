@@ -96,3 +96,20 @@ def test_no_camera():
     )
     with pytest.raises(SceneError, match="form no image"):
         own_camera(meter)
+
+
+@pytest.mark.parametrize("name", SENSORS)
+def test_places_are_found_in_the_image(name):
+    """Where rays to them start and whether they are within: the reverse of the rays that the sensor sends."""
+    _, lens, _ = own_camera(scene(SENSORS[name]))
+    generator = np.random.default_rng(3)
+    u, v = generator.uniform(-0.2, 1.2, (2, 2000))
+    edge = np.maximum(np.abs(u - 0.5), np.abs(v - 0.5))
+    origin, direction, _ = lens.ray(mi.Float(u.astype(np.float32)), mi.Float(v.astype(np.float32)))
+    origin, direction = (np.array(each, float).T for each in (origin, direction))
+    places = origin + generator.uniform(0.5, 5, 2000)[:, None] * direction
+    start, inside = lens.toward(places)
+    clear = np.abs(edge - 0.5) > 0.002
+    assert np.array_equal(inside[clear], edge[clear] < 0.5)
+    assert start[inside] == pytest.approx(origin[inside], abs=0.02)
+    assert not lens.toward(origin - direction)[1].any()  # before the near plane, or behind

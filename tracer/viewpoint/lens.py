@@ -13,6 +13,9 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
 
 
 class Lens(ABC):
@@ -33,6 +36,13 @@ class Lens(ABC):
     def random_ray(self, u: Any, v: Any) -> tuple[Any, Any, Any]:
         """Return the same such that all weights are ``image_area``: for random rays, of which all then count alike."""
         return self.ray(u, v)
+
+    @abstractmethod
+    def toward(self, places: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+        """Return where rays to places (..., 3) start, and whether those (...) are within the image; in the own frame.
+
+        The reverse of ``ray``. What starts outside the image may start anywhere.
+        """
 
     wraps = False
     """Whether the left edge of the square is also its right one."""
@@ -60,6 +70,11 @@ class Orthographic(Lens):
         reach = dr.opaque(mi.Float, self.reach)
         origin = mi.Point3f((2 * u - 1) * reach, (1 - 2 * v) * reach, 0)
         return origin, mi.Vector3f(0, 0, -1), 4 * dr.square(reach)
+
+    def toward(self, places: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+        """See ``Lens.toward``."""
+        inside = (np.abs(places[..., :2]).max(axis=-1) <= self.reach) & (places[..., 2] < 0)
+        return places * [1.0, 1.0, 0.0], inside
 
     @property
     def image_area(self) -> float:
@@ -98,6 +113,11 @@ class Perspective(Lens):
         y = sine * dr.sqrt((1 + dr.square(x)) / (1 - dr.square(sine)))
         return mi.Point3f(0), dr.normalize(mi.Vector3f(x, y, -1)), dr.opaque(mi.Float, self.image_area)
 
+    def toward(self, places: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+        """See ``Lens.toward``."""
+        inside = (np.abs(places[..., :2]).max(axis=-1) <= -places[..., 2] * self.reach) & (places[..., 2] < 0)
+        return np.zeros_like(places), inside
+
     @property
     def image_area(self) -> float:
         """See ``Lens.image_area``: the solid angle of a square pyramid."""
@@ -127,6 +147,10 @@ class WholeSphere(Lens):
         radius = dr.safe_sqrt(1 - dr.square(z))
         sine, cosine = dr.sincos(2 * np.pi * u)
         return mi.Point3f(0), mi.Vector3f(radius * cosine, radius * sine, z), dr.opaque(mi.Float, 4 * np.pi)
+
+    def toward(self, places: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+        """See ``Lens.toward``."""
+        return np.zeros_like(places), np.ones(places.shape[:-1], bool)
 
     @property
     def image_area(self) -> float:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from tracer.draw import divide
 from tracer.errors import SceneError
@@ -43,6 +45,35 @@ class SensorLens(Lens):
         """Return a vector of the world in the frame of the view."""
         axes = (self.view.right[0], self.view.up[0], -self.view.forward[0])
         return mi.Vector3f(*(dr.dot(vector, mi.Vector3f(axis.tolist())) for axis in axes))
+
+    def toward(self, places: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+        """See ``Lens.toward``: the place in the image by a step from the nearest ray of a grid."""
+        distance = np.linalg.norm(places, axis=-1)
+        aims = places[..., :2] if self.parallel else places / np.maximum(distance, 1e-300)[..., None]
+        origins, tree, steps = self.grid
+        nearest = tree.query(aims)[1]
+        off = np.einsum("...kd,...d->...k", steps[nearest], aims - tree.data[nearest])
+        place = np.stack([nearest % GRID, nearest // GRID], axis=-1) + off
+        inside = np.all((place >= -0.5) & (place <= GRID - 0.5) & (np.abs(off) < 2), axis=-1)
+        if self.parallel:
+            depth = origins[nearest, 2]
+            return np.concatenate([aims, depth[..., None]], axis=-1), inside & (places[..., 2] < depth)
+        near = np.linalg.norm(origins[nearest], axis=-1)
+        return aims * near[..., None], inside & (distance > near)
+
+    @cached_property
+    def grid(self) -> tuple[Floats, Any, Floats]:
+        """Origins (GRID^2, 3) of a grid of rays; a tree of where they aim, their directions, or places if parallel.
+
+        And (GRID^2, 2, D): the columns and rows that a difference of aims is worth there.
+        """
+        row, column = divide(dr.arange(mi.UInt32, GRID * GRID), GRID)
+        origin, direction, _ = self.ray((mi.Float(column) + 0.5) / GRID, (mi.Float(row) + 0.5) / GRID)
+        origins, directions = (np.array(each, np.float64).T for each in (origin, direction))
+        aims = origins[:, :2] if self.parallel else directions
+        image = aims.reshape(GRID, GRID, -1)
+        slopes = np.stack([np.gradient(image, axis=1), np.gradient(image, axis=0)], axis=-1)
+        return origins, cKDTree(aims), np.asarray(np.linalg.pinv(slopes.reshape(GRID * GRID, -1, 2)), np.float64)
 
     def weight(self, u: Any, v: Any) -> Any:
         """Return the derivative of solid angle, or of area across the ray, by that of the square."""

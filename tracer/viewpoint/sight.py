@@ -38,6 +38,8 @@ class Sight:
     background: bool = True
     """Whether the background counts as a surface in entropy."""
     picture: Picture | None = None
+    vertices: Integers | None = None
+    """(K,): vertices of meshes that are seen, as ``Mesh.joined`` numbers them."""
     channel: Channel | None = None
     neighbours: list[Sight] = field(default_factory=list)
 

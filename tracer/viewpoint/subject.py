@@ -41,10 +41,20 @@ class Mesh:
     """(F,): the surface that each triangle belongs to."""
 
     @cached_property
+    def joining(self) -> tuple[Floats, Integers]:
+        """Places (P, 3) of vertices, where normals differ one for several; and which (N,) is that of each vertex."""
+        places, number = np.unique(self.vertices, axis=0, return_inverse=True)
+        return places, number.reshape(-1)
+
+    @property
+    def places(self) -> Floats:
+        """(P, 3): where there are vertices."""
+        return self.joining[0]
+
+    @property
     def joined(self) -> Integers:
-        """(F, 3): triangles with vertices at the same place joined, as meshes repeat those where normals differ."""
-        _, number = np.unique(self.vertices, axis=0, return_inverse=True)
-        return number.reshape(-1)[self.triangles]
+        """(F, 3): triangles of places, so that those that touch have vertices in common."""
+        return self.joining[1][self.triangles]
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,6 +19,7 @@ from tracer.viewpoint.item_buffer import Batch, Rays, Viewpoints, projected_area
 from tracer.viewpoint.lens import Lens
 from tracer.viewpoint.sight import Picture, Sight, sight_of
 from tracer.viewpoint.subject import Subject
+from tracer.viewpoint.vertices import seen_vertices
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -57,6 +58,8 @@ def survey(
     values = {one.name: np.zeros(len(views)) for one in wanted}
     batches = projected_areas(subject, views, lens, rays, pictures="picture" in needs)
     sights = see(subject, views, lens, batches, background, channel)
+    if "vertices" in needs:
+        sights = with_vertices(sights, subject, views, lens)
     if "neighbours" in needs and beside is not None:
         sights = with_neighbours(sights, order, beside)
     for done, (number, sight) in enumerate(sights):
@@ -89,7 +92,7 @@ def check(needs: set[str], subject: Subject, lens: Lens, rays: Rays, beside: Seq
             "Silhouettes and depth need the view as an image: use a dense grid of rays, and a lens other than the "
             "whole sphere."
         )
-    if {"mesh", "saliency"} & needs and not len(subject.mesh.triangles):
+    if {"vertices", "saliency"} & needs and not len(subject.mesh.triangles):
         raise SettingsError("Curvature and saliency need a mesh, and the scene has none; use another measure.")
     if "areas" in needs and not subject.areas_known:
         raise SettingsError(
@@ -115,6 +118,14 @@ def see(
                 view = views[batch.first + k : batch.first + k + 1]
                 sight = replace(sight, picture=picture_of(subject, view, batch.depth[k]))
             yield batch.first + k, sight
+
+
+def with_vertices(
+    sights: Iterator[tuple[int, Sight]], subject: Subject, views: Viewpoints, lens: Lens
+) -> Iterator[tuple[int, Sight]]:
+    """Yield all views, from the first to the last, with the vertices that they see."""
+    for (number, sight), vertices in zip(sights, seen_vertices(subject, views, lens), strict=True):
+        yield number, replace(sight, vertices=vertices)
 
 
 def picture_of(subject: Subject, view: Viewpoints, depth: NDArray[np.float32]) -> Picture:

@@ -59,7 +59,7 @@ def measure(
         random=random,
     ) as desk:
         without_mesh = not len(desk.opened.subject.mesh.triangles)
-        needs = ({"mesh", "saliency"} if without_mesh else set()) | ({"picture"} if random else set())
+        needs = ({"vertices", "saliency"} if without_mesh else set()) | ({"picture"} if random else set())
         needs |= set() if desk.opened.subject.areas_known else {"areas"}
         names = names or [name for name in known.names() if not needs & set(known.get(name).needs)]
         lines = report.measure(desk, names, level)

@@ -17,9 +17,9 @@ from tracer.errors import SettingsError
 from tracer.viewpoint.sight import Sight
 
 Best = Literal["most", "least"]
-Need = Literal["picture", "channel", "saliency", "neighbours", "mesh", "areas"]
+Need = Literal["picture", "channel", "saliency", "neighbours", "vertices", "areas"]
 """What else than areas: the view as an image, sums over all views, those of pairs of surfaces too, the views beside it,
-triangles, true areas."""
+vertices of meshes, true areas."""
 
 
 @dataclass(frozen=True)

@@ -89,7 +89,7 @@ def spherical_triangles(level: int) -> tuple[Floats, NDArray[np.int64]]:
 def measured(desk: Desk, view: Viewpoints, lens: Lens) -> list[list[str]]:
     """Return (name, value) of all measures that one view has by itself."""
     subject = desk.opened.subject
-    others = {"channel", "neighbours", "saliency", *(() if len(subject.mesh.triangles) else ("mesh",))}
+    others = {"channel", "neighbours", "saliency", *(() if len(subject.mesh.triangles) else ("vertices",))}
     others |= set() if subject.areas_known else {"areas"}
     names = [name for name in measures.names() if not others & set(measures.get(name).needs)]
     values = survey(subject, view, lens, desk.rays, names, background=desk.background)

@@ -126,7 +126,7 @@ def searches(opened: dict[str, Opened], folder: Path, told: Told) -> list[dict[s
         desk = desk_of(one, folder, told, SEARCH_SIDE)
         for name in measures.names():
             needs = set(measures.get(name).needs)
-            if {"mesh", "saliency"} & needs and not len(one.subject.mesh.triangles):
+            if {"vertices", "saliency"} & needs and not len(one.subject.mesh.triangles):
                 continue
             told(f"searches: {file}, {name}", 1, 6)
             gauge = desk.gauge(name)
