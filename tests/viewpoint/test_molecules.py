@@ -1,20 +1,18 @@
 """Atoms from files and from lattices, and the views that chemists know."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from tracer.errors import SceneError, SettingsError
+from tracer.errors import SettingsError
 from tracer.viewpoint import sphere
+from tracer.viewpoint.atom_files import Atoms
 from tracer.viewpoint.gauge import Gauge, stand
 from tracer.viewpoint.item_buffer import Rays, around
 from tracer.viewpoint.lens import Orthographic
-from tracer.viewpoint.molecules import Atoms, ball, open_molecule, read_atoms, repeat, zone_axes
+from tracer.viewpoint.molecules import ball, open_molecule, repeat, zone_axes
 from tracer.viewpoint.search import exhaustive_search
 from tracer.viewpoint.survey import survey
 
-SHARED = Path(__file__).parents[3] / "shared" / "molecules"
 CUT = 7.0
 
 
@@ -107,50 +105,7 @@ def test_the_ball_of_a_skewed_cell_is_whole():
     assert len(shift) == 343
 
 
-def test_files(tmp_path):
-    (tmp_path / "water.xyz").write_text("3\nwater\nO 0 0 0\nH 0.76 0.59 0\nH -0.76 0.59 0\n")
-    water = read_atoms(tmp_path / "water.xyz")
-    assert (water.symbols, water.cell) == (["O", "H", "H"], None)
-    (tmp_path / "carbon.cml").write_text('<m xmlns="x"><atom id="a" elementType="C" x3="1" y3="2" z3="3"/></m>')
-    assert read_atoms(tmp_path / "carbon.cml").positions.tolist() == [[1, 2, 3]]
-    line = "ATOM      2  CA {}PRO A   1      30.307  38.663   5.319  1.00 40.62"
-    (tmp_path / "one.pdb").write_text("\n".join([line.format(" "), line.format("B"), "ENDMDL", line.format(" ")]))
-    alpha = read_atoms(tmp_path / "one.pdb")
-    assert (alpha.symbols, alpha.positions.tolist()) == (["C"], [[30.307, 38.663, 5.319]])
-
-
-@pytest.mark.skipif(not SHARED.is_dir(), reason="the public molecules are not here")
-@pytest.mark.parametrize(
-    ("name", "count", "repeats"),
-    [("C60-buckminsterfullerene.cml", 60, False), ("C-Graphite.cif", 4, True), ("1hpv.pdb", 1631, False)],
-)
-def test_public_files(name, count, repeats):
-    atoms = read_atoms(SHARED / name)
-    assert len(atoms) == count
-    assert (atoms.cell is not None) == repeats
-    assert set(atoms.symbols) <= {"C", "N", "O", "S", "H"}
-
-
-def test_what_is_no_molecule(tmp_path):
-    with pytest.raises(SceneError, match="no molecule file"):
-        read_atoms(tmp_path / "none.xyz")
-    for name, text in (("a.xyz", "0\n\n"), ("b.cml", "<m/>"), ("c.pdb", "END\n")):
-        (tmp_path / name).write_text(text)
-        with pytest.raises(SceneError, match=r"has no atoms|cannot|not a molecule"):
-            read_atoms(tmp_path / name)
-    said = {
-        "h.xyz": ("2\n\nQq 0 0 0\nC 1 0 0\n", "no element 'Qq'"),
-        "i.xyz": ("999999999999\n\nC 0 0 0\n", "has 2 lines"),
-        "j.cif": ("data_x\n_cell_length_a 3\n", "ends before its atoms"),
-    }
-    for name, (text, sentence) in said.items():
-        (tmp_path / name).write_text(text)
-        with pytest.raises(SceneError, match=sentence):
-            read_atoms(tmp_path / name)
-    for name in ("d.xyz", "e.cif", "f.cml", "g.pdb"):
-        (tmp_path / name).write_text("ATOM  hello world\n")
-        with pytest.raises(SceneError, match=r"not a molecule|no atoms"):
-            read_atoms(tmp_path / name)
+def test_radii_that_are_none():
     one = Atoms(["C"], np.zeros((1, 3)), np.eye(3))
     for radius in (-1.0, 0.0, np.nan, np.inf):
         with pytest.raises(SettingsError, match="positive"):

@@ -1,27 +1,21 @@
 """Molecules and crystals: atoms as balls, each one surface (the paper, section 4.5).
 
-Files are read by ASE, but for CML, which it does not know, and PDB, in whose old files it takes an alpha carbon for
-calcium. Lengths are in Angstrom.
+Lengths are in Angstrom.
 """
 
 from __future__ import annotations
-
-import warnings
-from dataclasses import dataclass
-from pathlib import Path
-from xml.etree import ElementTree
 
 import mitsuba as mi
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tracer.errors import SceneError, SettingsError
+from tracer.errors import SettingsError
 from tracer.upload import upload
+from tracer.viewpoint.atom_files import Atoms
 from tracer.viewpoint.sphere import icosphere, normalised
 from tracer.viewpoint.subject import Subject, open_subject
 
 Floats = NDArray[np.float64]
-SUFFIXES = (".xyz", ".extxyz", ".cif", ".pdb", ".ent", ".cml", ".vasp", ".poscar", ".mol", ".sdf")
 BALL_LEVEL = 2
 """Of the icosphere that stands for an atom: 320 faces."""
 MOST_ATOMS = 20_000
@@ -29,95 +23,6 @@ MOST_TRIED = 5_000_000
 """Of which a ball is cut."""
 COVALENT_SHARE = 0.5
 """Balls have this part of the covalent radius unless told otherwise: as in a ball-and-stick model."""
-
-
-@dataclass(frozen=True)
-class Atoms:
-    """Atoms in space, and the cell in which they repeat."""
-
-    symbols: list[str]
-    positions: Floats
-    """(N, 3)."""
-    cell: Floats | None = None
-    """(3, 3): rows are the vectors of the cell; None for a molecule."""
-
-    def __len__(self) -> int:
-        return len(self.symbols)
-
-
-def read_atoms(path: str | Path) -> Atoms:
-    """Return the atoms of a file. Raises SceneError if it is missing, does not parse, or has none."""
-    path = Path(path)
-    if not path.is_file():
-        raise SceneError(f"There is no molecule file '{path}'.")
-    try:
-        found = {".cml": read_cml, ".pdb": read_pdb, ".ent": read_pdb}.get(path.suffix.lower(), read_by_ase)(path)
-    except Exception as error:  # whatever a library raises for a file that is not what its name says
-        first = (str(error).splitlines() or [type(error).__name__])[0]
-        if isinstance(error, KeyError):
-            first = f"there is no element {error}"
-        elif isinstance(error, StopIteration):
-            first = "it ends before its atoms do"
-        elif not str(error) or not first.isprintable():
-            first = f"{type(error).__name__} while reading it"
-        raise SceneError(f"'{path}' is not a molecule that can be read: {first.rstrip('.')}.") from None
-    if not len(found):
-        raise SceneError(f"'{path}' has no atoms.")
-    if not np.all(np.isfinite(found.positions)):
-        raise SceneError(f"'{path}' has an atom without a place; check its coordinates.")
-    return found
-
-
-COUNTED = (".xyz", ".extxyz")
-"""Formats that begin with the number of atoms."""
-
-
-def read_by_ase(path: Path) -> Atoms:
-    """Return the atoms of a file that ASE knows, the last of several structures."""
-    import ase.io
-
-    if path.suffix.lower() in COUNTED:
-        with open(path, "rb") as file:
-            claimed, lines = file.readline().strip(), sum(1 for _ in file)
-        if claimed.isdigit() and int(claimed) > lines:  # ASE would wait for them for ever
-            raise ValueError(f"it says that it has {int(claimed)} atoms, and has {lines} lines")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of parts that are not used here; atoms and places are checked below
-        atoms = ase.io.read(path)
-    if isinstance(atoms, list):
-        atoms = atoms[-1]
-    repeats = bool(np.all(atoms.pbc)) and abs(np.linalg.det(atoms.cell.array)) > 0
-    cell = np.array(atoms.cell.array, np.float64) if repeats else None
-    return Atoms(list(atoms.get_chemical_symbols()), np.array(atoms.positions, np.float64), cell)
-
-
-def read_cml(path: Path) -> Atoms:
-    """Return the atoms of a Chemical Markup Language file: all elements ``atom`` with x3, y3, z3."""
-    symbols, positions = [], []
-    for element in ElementTree.parse(path).iter():
-        if element.tag.rpartition("}")[2] == "atom" and "x3" in element.attrib:
-            symbols.append(element.attrib.get("elementType", "X"))
-            positions.append([float(element.attrib[axis]) for axis in ("x3", "y3", "z3")])
-    return Atoms(symbols, np.array(positions).reshape(-1, 3))
-
-
-def read_pdb(path: Path) -> Atoms:
-    """Return the atoms of the first model of a PDB file; alternate places of an atom only once.
-
-    The element is in columns 77 and 78, in old files, which have a line number there, in the name (columns 13 and 14).
-    """
-    symbols, positions = [], []
-    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
-        if line.startswith("ENDMDL"):
-            break
-        if line.startswith(("ATOM  ", "HETATM")) and line[16:17] in " A1":
-            column = line[76:78].strip()
-            name = line[12:16]
-            # A hydrogen's name of four letters begins where the element of two would, as in HG11.
-            own = "H" if len(name.strip()) == 4 and name[0] == "H" else name[:2].strip(" 0123456789")
-            symbols.append((column if column.isalpha() else own).capitalize())
-            positions.append([float(line[begin : begin + 8]) for begin in (30, 38, 46)])
-    return Atoms(symbols, np.array(positions).reshape(-1, 3))
 
 
 def repeat(atoms: Atoms, times: tuple[int, int, int]) -> Atoms:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from tracer.errors import SceneError, SettingsError
 from tracer.load_error import load_error
 from tracer.source import LOAD_ERRORS, load
-from tracer.viewpoint import molecules
+from tracer.viewpoint import atom_files, molecules
 from tracer.viewpoint.subject import Subject, open_subject
 
 Floats = NDArray[np.float64]
@@ -62,7 +62,7 @@ def open_source(path: Path, surfaces: str | None = None, crystal: Crystal | None
     """
     crystal = crystal or Crystal()
     suffix = path.suffix.lower()
-    if suffix in molecules.SUFFIXES:
+    if suffix in atom_files.SUFFIXES:
         if surfaces is not None:
             raise SettingsError(f"The surfaces of a molecule are its atoms: leave out 'surfaces' for '{path}'.")
         return open_atoms(path, crystal)
@@ -80,7 +80,7 @@ def open_source(path: Path, surfaces: str | None = None, crystal: Crystal | None
         if scene.class_name() != "Scene":
             raise SceneError(f"'{path}' holds a {scene.class_name()}, not a scene; wrap it in <scene>.")
     else:
-        known = ", ".join([".xml", *MESHES, *molecules.SUFFIXES])
+        known = ", ".join([".xml", *MESHES, *atom_files.SUFFIXES])
         raise SceneError(f"'{path}' is no scene, mesh or molecule by its name; its suffix must be one of {known}.")
     return Opened(open_subject(scene, surfaces or "face"), up=upwards(scene))
 
@@ -100,7 +100,7 @@ def open_atoms(path: Path, crystal: Crystal) -> Opened:
     from ase.data import atomic_numbers
     from ase.data.colors import jmol_colors
 
-    read = atoms = molecules.read_atoms(path)
+    read = atoms = atom_files.read_atoms(path)
     if crystal.repeat is not None:
         atoms = molecules.repeat(atoms, crystal.repeat)
     if crystal.cut is not None:

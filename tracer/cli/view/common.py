@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 Three = tuple[float, float, float]
 Source = Annotated[
     Path,
-    typer.Argument(help="Scene (XML), mesh (PLY, OBJ) or molecule (XYZ, CIF, PDB, CML).", show_default=False),
+    typer.Argument(help="Scene (XML), mesh (PLY, OBJ) or molecule (XYZ, CIF, mmCIF, PDB, CML).", show_default=False),
 ]
 Output = Annotated[Path, typer.Option("--output", "-o", help="Folder for pictures, cameras, tables.")]
 Surfaces = Annotated[
