@@ -9,9 +9,11 @@ import pytest
 from tracer.viewpoint import cover as module
 from tracer.viewpoint import sphere
 from tracer.viewpoint.cover import cover
-from tracer.viewpoint.item_buffer import Rays, around, projected_areas
+from tracer.viewpoint.item_buffer import Rays, Viewpoints, around, projected_areas
 from tracer.viewpoint.lens import Orthographic
 from tracer.viewpoint.subject import open_subject
+
+from .conftest import mesh_scene
 
 RAYS = Rays(side=96)
 CORNERS = sphere.normalised(list(itertools.product((-1.0, 1.0), repeat=3)))
@@ -96,3 +98,38 @@ def test_a_scene_that_no_view_sees(quads):
     found = cover(subject, away, Orthographic(1), RAYS)
     assert len(found.chosen) == 0
     assert found.unseen_area == pytest.approx(1)
+
+
+def squares(count, cell, at):
+    """Return the triangles of ``count`` squares side by side, each ``cell`` wide, in the plane z = 0."""
+    corners = np.array([[0, 0], [1, 0], [1, 1], [0, 0], [1, 1], [0, 1]], float)
+    shifts = np.stack([np.arange(count), np.zeros(count)], axis=-1)
+    flat = at + cell * (shifts[:, None] + corners).reshape(-1, 2)
+    return np.column_stack([flat, np.zeros(len(flat))])
+
+
+def test_what_is_shown_adds_nothing_to_the_entropy_of_the_next_view():
+    """Three windows: on 16 squares and 4 more, on the same 16 and 1, and on 2 others of which no view has seen any.
+
+    The first has the largest entropy and shows 20. By all that it sees, the second would be next, with 17 squares to 2;
+    but of these all but one are shown, so that the third is, with 2 new ones.
+    """
+    placed = ((16, [0.0, 0.0]), (4, [0.0, 0.2]), (1, [0.0, -0.2]), (2, [9.0, 0.0]))
+    points = np.concatenate([squares(count, 0.1, at) for count, at in placed])
+    groups = np.repeat(np.arange(23), 2)
+    subject = open_subject(mesh_scene(points, np.arange(len(points)).reshape(-1, 3)), groups=groups)
+    reach = 0.85
+    # The first sees from y = -0.05 on, not the square below; the second up to y = 0.15, not the four above.
+    middles = np.array([[0.8, reach - 0.05, 5], [0.8, 0.15 - reach, 5], [9.1, 0.05, 5]])
+    down = np.tile([0.0, 0, -1], (3, 1))
+    views = Viewpoints(middles, down, np.tile([1.0, 0, 0], (3, 1)), np.tile([0.0, 1, 0], (3, 1)))
+    lens = Orthographic(reach)
+    seen = np.concatenate([batch.areas for batch in projected_areas(subject, views, lens, Rays(side=340))]) > 0
+    assert seen.sum(axis=1).tolist() == [20, 17, 2]
+    assert cover(subject, views, lens, Rays(side=340), rule="entropy").chosen.tolist() == [0, 2, 1]
+
+
+def test_the_worth_of_a_view_is_the_entropy_of_what_is_missing():
+    areas, missing = np.array([1.0, 2, 0, 4], np.float32), np.array([True, False, True, True])
+    shares = np.array([1, 4, 11]) / 16  # the background is 9, and the 2 that is shown
+    assert module.worth_of(areas, missing, 16.0) == pytest.approx(-np.sum(shares * np.log2(shares)))

@@ -105,6 +105,17 @@ def test_the_ball_of_a_skewed_cell_is_whole():
     assert len(shift) == 343
 
 
+def test_balls_have_half_the_covalent_radius():
+    """Of B. Cordero and others, 2008: hydrogen 0.31, carbon 0.76, iron 1.32 Angstrom; 0.7 of what is no element.
+
+    The solid that stands for a ball has its surface, 4 pi r^2, as its mean projected area is to be pi r^2.
+    """
+    positions = 9 * np.arange(4)[:, None] * np.eye(3)[0]
+    subject = open_molecule(Atoms(["H", "C", "Fe", "X"], positions))
+    assert subject.areas == pytest.approx(4 * np.pi * (np.array([0.31, 0.76, 1.32, 0.7]) / 2) ** 2, rel=1e-4)
+    assert open_molecule(Atoms(["H", "C"], positions[:2]), 0.4).areas == pytest.approx(4 * np.pi * 0.16, rel=1e-4)
+
+
 def test_radii_that_are_none():
     one = Atoms(["C"], np.zeros((1, 3)), np.eye(3))
     for radius in (-1.0, 0.0, np.nan, np.inf):

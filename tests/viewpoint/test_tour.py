@@ -59,6 +59,18 @@ def test_it_takes_the_best_of_three_smooth_ways(seed):
         assert found.weights[k] == pytest.approx(others.max())
 
 
+def test_ways_on_turn_by_half_a_right_angle():
+    """From the pole, heading along x: on, and half way to y and to -y; at first to all eight sides."""
+    pole, half = np.array([0.0, 0, 1]), 0.5**0.5
+    straight, *turned = tour.ways_on(pole, np.eye(3)[0])
+    assert straight == pytest.approx([1, 0, 0])
+    assert sorted(turned, key=lambda way: way[1]) == pytest.approx(np.array([[half, -half, 0], [half, half, 0]]))
+    first = tour.ways_on(pole, None)
+    turns = np.sort(np.degrees(np.arctan2(first[:, 1], first[:, 0])))
+    assert np.diff(turns) == pytest.approx(np.full(7, 45))
+    assert first[:, 2] == pytest.approx(np.zeros(8))
+
+
 def test_it_moves_to_what_is_good():
     best = sphere.normalised([1.0, 1.0, 1.0])
     found = explore(lambda directions: 1 + directions @ best, [0, 0, -1], 15, STEP)
