@@ -138,8 +138,10 @@ def test_map_from_elsewhere(scene, tmp_path):
         assert all(float(row["distinct"]) > 1 for row in csv.DictReader(file))  # inside the cube
 
 
-def test_the_fast_way_has_a_standard_error(scene, tmp_path):
-    call("best", scene, "-o", tmp_path / "best", "--random", 3000, "--level", 0, "-q")
+def test_the_fast_way_has_a_standard_error(scene, tmp_path, monkeypatch):
+    monkeypatch.setattr("tracer.viewpoint.reports.measure.SHOWN", 1)  # to draw takes longest
+    monkeypatch.setattr("tracer.viewpoint.measures.names", lambda: ["entropy", "silhouette_length", "visible"])
+    call("best", scene, "-o", tmp_path / "best", "--random", 3000, "--search", "paper", "-q")
     assert 0 < json.loads((tmp_path / "best" / "best.json").read_text())["stderr"] < 0.1
     said = call("measure", scene, "-o", tmp_path / "all", "--random", 3000, "--level", 0)
     assert "silhouette" not in said  # it needs an image

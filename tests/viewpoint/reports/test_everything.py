@@ -42,6 +42,8 @@ def test_the_report(public, tmp_path, monkeypatch):
         "RATE_SIDE": 32,
         "RATE_LEVEL": 1,
         "SEARCH_SIDE": 16,
+        "COVER_SIDE": 32,
+        "TRUTH_SIDE": 64,
         "SEARCH_LEVEL": 0,
         "SHOWN_MEASURES": ("entropy",),
         "NUMBERS_OF_RAYS": (100, 400),

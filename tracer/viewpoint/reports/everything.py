@@ -52,6 +52,10 @@ SHOWN_MEASURES = ("entropy", "mutual_information", "silhouette_length", "visible
 """Of the sheets of pictures."""
 QUALITY = 0.5
 """Share of its largest area at which a face is shown well, in view sets."""
+COVER_SIDE = 256
+"""Rays along each side of a view of view sets."""
+TRUTH_SIDE = 2048
+"""And of one whose entropy the fast estimate is compared with."""
 NUMBERS_OF_RAYS = (100, 400, 1600, 6400, 25600, 102400)
 FEW_SURFACES = "spheres_and_rods.xml"
 """What the fast estimate is shown on, beside a mesh of many faces."""
@@ -150,7 +154,7 @@ def view_sets(opened: dict[str, Opened], told: Told) -> list[dict[str, Any]]:
     for file, enough in itertools.product(("teapot.ply", "spot.obj"), (0.9, 0.95)):
         told(f"view sets: {file}", 2, 6)
         subject, place = opened[file].subject, stand(opened[file].subject)
-        views, rays = place.viewpoints(icosphere(2)[0]), Rays(side=256)
+        views, rays = place.viewpoints(icosphere(2)[0]), Rays(side=COVER_SIDE)
         areas = np.concatenate([batch.areas for batch in projected_areas(subject, views, place.lens, rays)])
         shown = (areas >= QUALITY * areas.max(axis=0)) & (areas > 0)
         exact = fewest_views(shown, subject.areas, enough)
@@ -190,7 +194,7 @@ def errors(opened: Opened) -> list[dict[str, Any]]:
     """Return the errors of a subject's entropy for each number of rays."""
     subject, place = opened.subject, stand(opened.subject)
     views = place.viewpoints(evenly(12))
-    truth = survey(subject, views, place.lens, Rays(side=2048), ["entropy"])["entropy"]
+    truth = survey(subject, views, place.lens, Rays(side=TRUTH_SIDE), ["entropy"])["entropy"]
     rows = []
     for rays in NUMBERS_OF_RAYS:
         found = [fast.estimate_entropy(subject, views, place.lens, rays, seed) for seed in range(SEEDS)]
