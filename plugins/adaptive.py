@@ -32,7 +32,7 @@ the expected picture does not depend on it.
    - Image file that multiplies the importance of each pixel, a mask or a weight. (Default: none)
  * - shape_weights
    - |string|
-   - Factors of the importance of what shapes cover, by ID, such as "lamp=4, floor=0.5". (Default: none)
+   - Factors of the importance of what shapes cover, by ID or number, such as "lamp=4, floor=0.5". (Default: none)
  * - block
    - |int|
    - Side in pixels of the squares over which the complexity of IDs is measured. (Default: 1)

@@ -1,5 +1,10 @@
 """Shared by all tests: the variant, small scenes, and a cache of references that is not the user's."""
 
+import contextlib
+import ctypes
+import os
+import resource
+
 import pytest
 from hypothesis import settings
 
@@ -56,3 +61,33 @@ def two_workers():
 
     with own_cluster(2) as cluster, connected(cluster) as client:
         yield client
+
+
+@contextlib.contextmanager
+def files_of_at_most(size):
+    """Let no file of this process become larger than ``size`` bytes: writing more fails as on a full disk."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """Return a function that makes a folder on a disk of its own, of so many bytes; only root can."""
+    mounted = []
+    library = ctypes.CDLL(None, use_errno=True)
+
+    def make(size):
+        folder = tmp_path / f"disk{len(mounted)}"
+        folder.mkdir()
+        if library.mount(b"tmpfs", str(folder).encode(), b"tmpfs", 0, f"size={size}".encode()):
+            pytest.skip(f"no disk can be made here: {os.strerror(ctypes.get_errno())}")
+        mounted.append(folder)
+        return folder
+
+    yield make
+    for folder in mounted:
+        library.umount(str(folder).encode())

@@ -7,6 +7,7 @@ before Dr.Jit sees it.
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import importlib
 import importlib.metadata
@@ -119,7 +120,7 @@ def activate(variant: str | None = None) -> str:
     """Make Mitsuba ready to render and return the name of the variant.
 
     A variant that is already active is kept unless ``variant`` names another. Raises BackendError, before anything is
-    rendered, when there is no usable LLVM, the variant does not exist, or it cannot run wavefronts.
+    rendered, when there is no usable LLVM, or for CUDA no GPU, the variant does not exist, or cannot run wavefronts.
     """
     named_library()
     import mitsuba as mi
@@ -130,14 +131,42 @@ def activate(variant: str | None = None) -> str:
     if not wanted.startswith(("llvm_", "cuda_")):
         raise BackendError(f"Variant '{wanted}' renders one ray at a time; use one that starts with 'llvm_'.")
     if mi.variant() != wanted:
+        before = mi.variant()
         try:
             mi.set_variant(wanted)
         except ImportError as error:
-            raise BackendError(f"Mitsuba could not start variant '{wanted}' ({error}): {REMEDY}.") from None
+            if before is not None:
+                mi.set_variant(before)  # Mitsuba is left without one
+            raise BackendError(why_not(wanted, error)) from None
     if wanted.startswith("llvm_"):
         require_usable(loaded_library())  # not the one named, if something imported Dr.Jit before us
     importlib.import_module("tracer.plugins")
     return wanted
+
+
+def why_not(variant: str, error: Exception) -> str:
+    """Return a sentence about a variant that Mitsuba could not start: what is missing, and what to do."""
+    import mitsuba as mi
+
+    said = " ".join(str(error).split()).rstrip(".")
+    if variant.startswith("llvm_"):
+        return f"Mitsuba could not start variant '{variant}' ({said}): {REMEDY}."
+    instead = DEFAULT_VARIANT.replace("rgb", variant.rpartition("_ad_")[2])
+    instead = instead if instead in mi.variants() else DEFAULT_VARIANT
+    missing = f"its driver has none to offer ({said})" if has_cuda_driver() else "that driver is not installed"
+    return (
+        f"Variant '{variant}' needs an NVIDIA GPU with its driver, and {missing}; "
+        f"see what 'nvidia-smi' says, or render on the processor with the variant '{instead}'."
+    )
+
+
+def has_cuda_driver() -> bool:
+    """Return whether a library of NVIDIA's driver loads."""
+    for name in ("libcuda.so.1", "libcuda.so", "nvcuda.dll"):
+        with contextlib.suppress(OSError):
+            ctypes.CDLL(name)
+            return True
+    return False
 
 
 def processor() -> str:

@@ -27,6 +27,7 @@ from tracer.scene import View
 from tracer.settings import Settings
 from tracer.state import Arrays, State
 from tracer.version import version
+from tracer.wording import option
 
 FORMAT = 1
 """Changed when older files cannot be gone on from any more."""
@@ -122,14 +123,22 @@ def digest(content: str | bytes) -> str:
 
 
 HASHED = ("scene", "sensor", "integrator", "importance")
+FOLLOWS = {"size": ("crop", "sensor", "importance"), "crop": ("sensor", "importance")}
+"""What is another one wherever something else is: a film's crop, what a sensor prints of its film, an image of weights.
+Whether it would differ otherwise, too, nobody knows."""
 
 
 def differences(own: dict[str, Any], other: dict[str, Any], but: Sequence[str] = ()) -> list[str]:
-    """Return what differs between two identities, a clause each."""
+    """Return what differs between two identities, a clause each; what follows from another difference is left out."""
+    changed = [
+        name for name in (*own, *(name for name in other if name not in own)) if own.get(name) != other.get(name)
+    ]
+    changed.sort(key=lambda name: name not in FOLLOWS)
+    implied = {name for cause in changed for name in FOLLOWS.get(cause, ())}
     found = []
-    for name in (*own, *(name for name in other if name not in own)):
+    for name in changed:
         here, there = own.get(name), other.get(name)
-        if name not in but and here != there:
+        if name not in but and name not in implied:
             found.append(f"another {name}" if name in HASHED else f"{name} {there} there and {here} here")
     return found
 
@@ -186,7 +195,8 @@ class Keeper:
         """Return a sentence about what the file has of ``total`` samples."""
         if self.kept == 0:
             return f"There is no checkpoint '{self.path}' yet."
-        return f"The checkpoint '{self.path}' has {100 * self.kept / total:.1f} % of the samples; go on with --resume."
+        share = 100 * self.kept / total
+        return f"The checkpoint '{self.path}' has {share:.1f} % of the samples; go on with {option('resume')}."
 
     def save(self, state: State) -> None:
         """Write the file."""
@@ -208,10 +218,19 @@ class Keeper:
             self.complaints.clear()
             self.kept = state.done
         except OutputError as error:
-            self.complaints[:] = [f"{error} The last checkpoint that could be written is still there."]
+            self.complaints[:] = [f"{error} {self.what_is_there(state)}"]
         self.written = time.monotonic()
         self.took = self.written - start
         self.writes += 1
+
+    def what_is_there(self, state: State) -> str:
+        """Return a sentence about the file after it could not be written."""
+        if self.kept:
+            share = 100 * self.kept / max(state.done, 1)
+            return f"The last checkpoint that could be written is still there, with {share:.3g} % of the samples."
+        if self.path.exists():
+            return "What was there before is still there; of this render there is no checkpoint."
+        return "There is no checkpoint."
 
 
 def open_keeper(

@@ -25,6 +25,12 @@ class OutputError(TracerError):
     """A place where the result cannot be written, or must not be."""
 
 
+class WriteError(OutputError):
+    """A file that could not be written when it was made, as on a full disk."""
+
+    exit_code = 5
+
+
 class CheckpointError(TracerError):
     """A checkpoint that is missing, damaged, or of another render."""
 

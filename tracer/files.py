@@ -6,19 +6,23 @@ import glob
 import json
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.errors import OutputError
+from tracer.errors import OutputError, WriteError
+from tracer.rescue import write_or_rescue
 from tracer.result import Result, display
+from tracer.wording import option
 
 Window = tuple[int, int, int, int]
 """x and y of the pixels within a picture, and width and height of the picture."""
+Chosen = Literal["all", "rgb"]
+"""Layers that are written."""
 IMAGE_SUFFIXES = (".exr", ".png")
 
 
@@ -30,7 +34,7 @@ def check_output(path: Path, overwrite: bool = False, suffixes: tuple[str, ...] 
     if path.is_dir():
         raise OutputError(f"'{path}' is a folder; name a file in it.")
     if path.exists() and not overwrite:
-        raise OutputError(f"'{path}' exists; choose another name, or --overwrite to replace it.")
+        raise OutputError(f"'{path}' exists; choose another name, or {option('overwrite')} to replace it.")
     return path
 
 
@@ -56,7 +60,9 @@ def prepare_folder(folder: Path, overwrite: bool, results: tuple[str, ...]) -> N
     check_folder(folder)
     existing = next((name for name in results if (folder / name).exists()), None)
     if existing is not None and not overwrite:
-        raise OutputError(f"'{folder / existing}' exists; choose another folder, or --overwrite to replace it.")
+        raise OutputError(
+            f"'{folder / existing}' exists; choose another folder, or {option('overwrite')} to replace it."
+        )
 
 
 @contextmanager
@@ -64,7 +70,7 @@ def whole(path: Path, durable: bool = False) -> Iterator[Path]:
     """Yield a temporary name beside ``path``, which replaces it when the block ends well and vanishes when not.
 
     ``durable``: wait until it is on the disk before what was there is given up. Temporary files that a process has left
-    which was killed are removed.
+    which was killed are removed. Raises WriteError.
     """
     remove_abandoned(path)
     temporary = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
@@ -75,7 +81,7 @@ def whole(path: Path, durable: bool = False) -> Iterator[Path]:
                 os.fsync(file.fileno())
         os.replace(temporary, path)
     except OSError as error:
-        raise OutputError(f"Cannot write '{path}': {error.strerror or error}.") from None
+        raise WriteError(f"Cannot write '{path}': {error.strerror or error}.") from None
     finally:
         temporary.unlink(missing_ok=True)
 
@@ -112,33 +118,92 @@ def write_arrays(path: Path, arrays: dict[str, Any], durable: bool = False) -> N
         np.savez(file, **arrays)
 
 
-def write_result(path: Path, result: Result, metadata: dict[str, Any]) -> None:
-    """Write a result: all layers with ``metadata`` as EXR, or the picture alone, as a screen shows it, as PNG."""
-    if path.suffix.lower() == ".png":
-        write_png(path, display(result.image))
-    else:
-        write_exr(path, *layers(result), metadata, result.window)
+def write_result(path: Path, result: Result, metadata: dict[str, Any], chosen: Chosen = "all") -> None:
+    """Write a result as EXR with ``metadata``, or the picture alone, as a screen shows it, as PNG.
+
+    ``chosen``: "all" layers, or "rgb", which is the picture in linear sRGB and nothing else, for programs that read no
+    layers. Raises WriteError, which says where the picture is if it could be written in another place.
+    """
+
+    def write(place: Path) -> None:
+        if path.suffix.lower() == ".png":
+            write_png(place, display(result.rgb))
+        elif chosen == "rgb":
+            write_exr(place, ["R", "G", "B"], result.rgb, metadata, result.window)
+        else:
+            write_exr(place, *layers(result), metadata, result.window)
+
+    write_or_rescue(path, write)
 
 
 def layers(result: Result) -> tuple[list[str], NDArray[np.float32]]:
-    """Return channel names and values (H, W, N) of the EXR of a result.
+    """Return channel names and values (H, W, N) of the EXR of a result; every name is there once.
 
     The image under its own names, then ``stderr.`` with the names of the image, ``samples.Y``, ``complexity.Y``,
     ``importance.Y``, ``cost.Y``. Counts are exact up to 2^24, as float32 holds them. If it was denoised, ``noisy.``
     with the names of its colours; if features were asked for, ``albedo.R/G/B``, ``normal.X/Y/Z``, ``depth.Z`` and
-    ``shape.Y``.
+    ``shape.Y``. AOVs that would come into these layers are named by ``own_names``.
     """
-    single = {name: getattr(result, name) for name in ("samples", "complexity", "importance", "cost")}
-    names = [*result.channels, *(f"stderr.{name}" for name in result.channels), *(f"{name}.Y" for name in single)]
-    values = [result.image, result.stderr, *(each[..., None] for each in single.values())]
+    after = single_channels(result)
+    channels = own_names(result.channels, layers_of(after))
+    names = [*channels, *(f"stderr.{name}" for name in channels), *after]
+    values = [result.image, result.stderr, *(array[..., None] for array in after.values())]
+    return names, np.concatenate([array.astype(np.float32) for array in values], axis=-1)
+
+
+def single_channels(result: Result) -> dict[str, NDArray]:
+    """Return the channels (H, W) of a result beside image and standard error, by name."""
+    found = {f"{name}.Y": getattr(result, name) for name in ("samples", "complexity", "importance", "cost")}
     if result.noisy is not None:
-        names += [f"noisy.{name}" for name in result.channels[: result.noisy.shape[-1]]]
-        values.append(result.noisy)
+        colours = result.channels[: result.noisy.shape[-1]]
+        found |= {f"noisy.{name}": result.noisy[..., k] for k, name in enumerate(colours)}
     if result.seen is not None:
-        names += [*(f"albedo.{c}" for c in "RGB"), *(f"normal.{c}" for c in "XYZ"), "depth.Z", "shape.Y"]
         features = result.seen.features
-        values += [features.albedo, features.normal, features.depth[..., None], result.seen.shapes[..., None]]
-    return names, np.concatenate([each.astype(np.float32) for each in values], axis=-1)
+        found |= {f"albedo.{name}": features.albedo[..., k] for k, name in enumerate("RGB")}
+        found |= {f"normal.{name}": features.normal[..., k] for k, name in enumerate("XYZ")}
+        found |= {"depth.Z": features.depth, "shape.Y": result.seen.shapes}
+    return found
+
+
+def layers_of(channels: Iterable[str]) -> set[str]:
+    """Return the layers that we write with these channels: what is before the first dot, and "stderr"."""
+    return {"stderr", *(name.partition(".")[0] for name in channels)}
+
+
+def renamed_layers(result: Result) -> list[str]:
+    """Return the layers of AOVs that have another name in the EXR of a result than in the scene."""
+    own = own_names(result.channels, layers_of(single_channels(result)))
+    changed = (new for new, old in zip(own, result.channels, strict=True) if new != old)
+    return list(dict.fromkeys(name.rpartition(".")[0] or name for name in changed))
+
+
+LONGEST_NAME = 240
+"""Bytes of the name of a channel, with room for what we put before it: an EXR has at most 255."""
+
+
+def check_channels(channels: list[str]) -> None:
+    """Raise OutputError if an EXR could not hold channels of these names. Call it before the work, not after."""
+    long = next((name for name in channels if len(name.encode()) > LONGEST_NAME), None)
+    if long is not None:
+        raise OutputError(
+            f"The AOV '{long[:40]}...' has a name of more than {LONGEST_NAME} bytes; give it a shorter one."
+        )
+
+
+def own_names(channels: list[str], taken: set[str]) -> list[str]:
+    """Return names of channels under which they are in no layer that is ``taken``, and no two are the same.
+
+    Those in such a layer, as an AOV "albedo" where features are written, come into "aov.albedo"; of names that are
+    there twice the second has "2." before it.
+    """
+    renamed: list[str] = []
+    for name in channels:
+        own = f"aov.{name}" if name.partition(".")[0] in taken else name
+        count = 2
+        while own in renamed or (own in channels and own != name):
+            own, count = f"{count}.{name}", count + 1
+        renamed.append(own)
+    return renamed
 
 
 def write_exr(
@@ -178,11 +243,45 @@ def write_with_openimageio(path: Path, specification: Any, values: NDArray) -> N
 
     with whole(path) as temporary:
         output = oiio.ImageOutput.create(str(temporary))
-        if output is None or not output.open(str(temporary), specification):
-            raise OutputError(f"Cannot write '{path}': {oiio.geterror()}.")
-        written = output.write_image(np.ascontiguousarray(values))
-        if not (output.close() and written):
-            raise OutputError(f"Cannot write '{path}': {output.geterror()}.")
+        if output is None:
+            raise WriteError(f"Cannot write '{path}': {said(oiio)}.")
+        done = output.open(str(temporary), specification) and output.write_image(np.ascontiguousarray(values))
+        if not (output.close() and done):
+            raise WriteError(f"Cannot write '{path}': {said(output).replace(str(temporary), path.name)}.")
+        if not ends_with(temporary, list(specification.channelnames), values[-ROWS:]):
+            raise WriteError(f"Cannot write '{path}': its end is missing, most likely as the disk is full.")
+
+
+ROWS = 16
+"""Of a picture, that are compressed together in an EXR."""
+PNG_END = b"IEND\xaeB`\x82"
+
+
+def ends_with(path: Path, names: list[str], rows: NDArray) -> bool:
+    """Return whether the last rows (H, W, N) of an image file are these, of channels with these names.
+
+    OpenImageIO does not notice when a disk is full while the last bytes are written, and of a PNG never.
+    """
+    import OpenImageIO as oiio
+
+    if path.suffix.lower() == ".png" and not path.read_bytes().endswith(PNG_END):
+        return False  # unread, as libpng would complain on standard error
+    source = oiio.ImageInput.open(str(path))
+    if source is None:
+        oiio.geterror()  # or it is printed when the program ends
+        return False
+    try:
+        specification, kind = source.spec(), "float" if rows.dtype == np.float32 else "uint8"
+        if sorted(specification.channelnames) != sorted(names):
+            return False
+        end = specification.y + specification.height
+        read = source.read_scanlines(end - len(rows), end, 0, 0, len(names), kind)
+        expected = rows[..., [names.index(name) for name in specification.channelnames]]
+        whole = read is not None and np.array_equal(np.reshape(read, rows.shape), expected, equal_nan=True)
+        source.geterror()
+        return whole
+    finally:
+        source.close()
 
 
 def read_exr(path: Path) -> tuple[list[str], NDArray[np.float32], dict[str, Any]]:

@@ -15,7 +15,7 @@ from tracer import files
 from tracer.errors import SettingsError
 from tracer.load_error import nearest
 from tracer.parts import parse_part
-from tracer.settings import Settings, explain
+from tracer.settings import Settings, in_one_sentence
 
 NUMBER = "#"
 """In the name of a scene or picture: stands for the number of the frame, with at least as many digits."""
@@ -48,6 +48,9 @@ class Job(BaseModel):
     features: bool = False
     """Whether albedo, normal, depth and shapes are written, too."""
     denoise: bool = False
+    layers: Literal["all", "rgb"] = "all"
+    """What an EXR holds: everything, or the picture alone in linear sRGB, which textures and environments are read
+    from."""
     live: Path | None = None
     """PNG that shows the picture while it renders."""
     tev: str | None = None
@@ -109,6 +112,8 @@ class Job(BaseModel):
         """Reject a job of which nothing would be left."""
         if self.output is None and (self.part is None or self.checkpoint is None):
             raise ValueError("nothing would be written: name a picture with -o, or a checkpoint for a part")
+        if self.features and self.layers == "rgb":
+            raise ValueError("features are layers of their own, which layers = rgb leaves out: choose one of them")
         return self
 
     @field_validator("frames")
@@ -161,7 +166,7 @@ def make_job(given: dict[str, Any], configuration: Path | None = None) -> Job:
     try:
         return Job(**{name: values[name] for name in own if name in values}, settings=settings)
     except ValidationError as error:
-        raise SettingsError("; ".join(explain(detail, known) for detail in error.errors()) + ".") from None
+        raise SettingsError(in_one_sentence(error, known)) from None
 
 
 FILES = ("importance", "checkpoint", "live")

@@ -26,8 +26,22 @@ def load_error(what: str, error: Exception) -> SceneError:
 
 def render_error(what: str, error: Exception) -> SceneError | None:
     """Return a SceneError for what Mitsuba or Dr.Jit says of a scene that loads but cannot be rendered, else None."""
+    cause = error.__cause__
+    if cause is not None and raised_in_mitsuba(cause):  # an integrator in Python that not every variant can run
+        said = f"its integrator fails under the active variant with {type(cause).__name__}: {cause}"
+        return SceneError(
+            f"{what} cannot be rendered: {' '.join(said.split()).rstrip('.!')}; choose another of either."
+        )
     ours = re.match(r"\[[A-Za-z]\w*(?:\.\w+:\d+)?\] |jit_\w+\(\): |drjit\.", str(error)) is None
     return None if ours else SceneError(f"{what} cannot be rendered: {' '.join(str(error).split()).rstrip('.!')}.")
+
+
+def raised_in_mitsuba(error: BaseException) -> bool:
+    """Return whether an exception comes from Mitsuba's own Python."""
+    frame = error.__traceback__
+    while frame is not None and frame.tb_next is not None:
+        frame = frame.tb_next
+    return frame is not None and Path(frame.tb_frame.f_code.co_filename).is_relative_to(plugin_folder().parent)
 
 
 def nearest_name(message: str) -> str | None:
@@ -42,8 +56,21 @@ def nearest_name(message: str) -> str | None:
 
 
 def nearest(name: str, known: list[str]) -> str | None:
-    """Return the member of ``known`` most like ``name``, or None if none is alike."""
-    return next(iter(difflib.get_close_matches(name, known, n=1, cutoff=0.6)), None)
+    """Return the member of ``known`` most like ``name``, in whatever order its words are; None if none is alike."""
+    return max(
+        (word for word in known if likeness(name, word) >= 0.6), key=lambda word: likeness(name, word), default=None
+    )
+
+
+def likeness(name: str, other: str) -> float:
+    """Return how alike two names are, 0 to 1: as they are written, or with the words between "_" and "-" sorted."""
+    pairs = [(name, other), (sorted_words(name), sorted_words(other))]
+    return max(difflib.SequenceMatcher(None, second, first).ratio() for first, second in pairs)
+
+
+def sorted_words(name: str) -> str:
+    """Return a name with its words in alphabetical order, so that "spp_max" is "max_spp"."""
+    return "_".join(sorted(re.split("[_-]", name.lower())))
 
 
 def plugin_folder() -> Path:

@@ -92,7 +92,8 @@ class Rendering:
         self.total = settings.spp * view.pixel_count
         self.remembered: dict[str, Any] = {}
         self.complexity: pilot.Complexity | None = None
-        self.wanted = wanted(view, settings, self.sampler.fork(), importance)
+        remarks: list[str] = []
+        self.wanted = wanted(view, settings, self.sampler.fork(), importance, remarks.append)
         self.state = State.beginning(self.drawer.empty(), settings)
         if keeper is not None:
             keeper.bind(view, settings, self.wanted)
@@ -100,6 +101,8 @@ class Rendering:
             self.state.plan_anew(self.total)
         self.state.meter.counted = (self.wanted > 0)[view.inner] if np.any(self.wanted == 0) else None
         self.report.rounds, self.report.notes = self.state.rounds, self.state.notes
+        for remark in remarks:
+            self.report.note(remark, once=remark)
         self.leftover = Leftover(view, self.sampler, self.seed) if denoises else None
         self.left: NDArray[np.float64] | float = 1.0
         """Share of each pixel's noise that denoising is expected to leave."""
@@ -324,6 +327,7 @@ class Rendering:
         state, report = self.state, self.report
         if self.keeper is not None:
             self.keeper.save(state)
+            report.unwritten = list(self.keeper.complaints)
             report.notes = [*report.notes, *self.keeper.complaints]
         state.estimate = self.timed("seconds_statistics", state.estimate.here)
         if state.held_out is not None and (state.allocation is not None or not report.complete):
@@ -341,6 +345,8 @@ class Rendering:
             image = self.timed("seconds_denoising", without_noise, *drawn, *found)
         report.elsewhere = self.drawer.describe()
         report.describe(self.view, statistics, state.done, self.total, self.noise)
+        if not self.view.scene.emitters() and not np.any(image[..., : self.view.colour_channels]):
+            report.note("The picture is black, as the scene has no emitter: add a light, or something that shines.")
         inner = self.view.inner
         return Result(
             image=image,

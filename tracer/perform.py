@@ -11,7 +11,7 @@ from typing import Any
 
 from tracer import backend, checkpoint, files, live, memory
 from tracer.checkpoint import Keeper
-from tracer.errors import SceneError, SettingsError
+from tracer.errors import SceneError, SettingsError, WriteError
 from tracer.fingerprint import fingerprint
 from tracer.job import Job, Shot, check_frames, check_outputs, shots_of
 from tracer.loop import DrawerFor, Terms, render_view
@@ -22,6 +22,7 @@ from tracer.result import Result, display
 from tracer.scene import open_scene, pick_sensor
 from tracer.settings import check_settings, make_settings
 from tracer.source import describe, load
+from tracer.wording import option
 
 Hire = Callable[..., DrawerFor]
 """See ``tracer.cluster.hire``."""
@@ -39,7 +40,9 @@ def perform(
     """
     check_settings(**job.settings)
     if job.resume and job.checkpoint is None:
-        raise SettingsError("There is nothing to resume from: name the checkpoint with --checkpoint.")
+        raise SettingsError(
+            f"There is nothing to resume from: name the checkpoint with {option('checkpoint', 'FILE')}."
+        )
     if job.workers is not None and job.scheduler is not None:
         raise SettingsError("Name workers or a scheduler, not both.")
     check_frames(job)
@@ -105,6 +108,7 @@ def picture(
         seen = {"integrator": job.integrator, "size": job.size, "crop": job.crop}
         drawer = hire(shot.scene, scene_hash, shot.define, shot.sensor, **seen)
     with open_scene(scene, shot.sensor, job.integrator, job.size, job.crop) as view:
+        files.check_channels(view.channels)
         settings = make_settings(**{**view.settings, **job.settings})
         if job.part is not None:
             part = parse_part(job.part)
@@ -116,9 +120,24 @@ def picture(
             tell(memory.in_words(needed, size))
         terms = Terms(progress, keeper, started, job.memory, job.features, job.denoise, drawer)
         result = render_view(view, settings, terms)
-    if shot.live is not None:
-        files.write_png(shot.live, display(result.image))
     own = job.model_dump(mode="json", exclude={"settings", "overwrite", "resume"}, exclude_none=True)
     if shot.output is not None:
-        files.write_result(shot.output, result, {**metadata(result, scene_hash), "job": own})
+        if shot.output.suffix.lower() == ".exr" and job.layers == "all" and (renamed := files.renamed_layers(result)):
+            result.report.note(f"Layers of tracer have the names of AOVs, which are written as {', '.join(renamed)}.")
+        try:
+            files.write_result(shot.output, result, {**metadata(result, scene_hash), "job": own}, job.layers)
+        except WriteError as error:
+            raise WriteError(f"{error} {kept(keeper)}".rstrip()) from None
+    if shot.live is not None:
+        try:
+            files.write_png(shot.live, display(result.rgb))
+        except WriteError as error:  # a picture of progress, of what is written already
+            result.report.unwritten.append(str(error))
     return result
+
+
+def kept(keeper: Keeper | None) -> str:
+    """Return a sentence about samples that a checkpoint has, if it has all."""
+    if keeper is None or keeper.complaints or not keeper.kept:
+        return ""
+    return f"All samples are in the checkpoint '{keeper.path}'; make room and go on with {option('resume')}."

@@ -193,17 +193,18 @@ def pilot_rays(view: View, sampler: Any, seed: int, rays: int, block: int, top: 
 def mean_over_shapes(view: View, sampler: Any, seed: int, rays: int, table: Any) -> Floats:
     """Return the mean over the pilot rays of each pixel (grid) of the entry in ``table`` (mi.Float) of what they hit.
 
-    The table goes by Mitsuba's number of the instance that was hit, else of the shape; what is not in it counts 1.
+    The table goes by Mitsuba's number of a shape; what is not in it counts 1. Where an instance is hit, its entry and
+    that of the shape within are multiplied.
     """
     width = view.grid[1]
     parts = []
     for top, rows in slabs(view, rays, 1):
         ray = pilot_rays(view, sampler, seed, rays, 1, top, rows, width)
-        found = view.scene.ray_intersect_preliminary(ray, coherent=True)
-        instance, shape = numbers(found)
-        number = dr.select(instance != 0, instance, shape)
-        named = found.is_valid() & (number < dr.width(table))
-        weight = dr.select(named, dr.gather(mi.Float, table, number, named), 1.0)
+        found = view.scene.ray_intersect(ray, mi.RayFlags.Minimal, coherent=True)  # names the shape in an instance
+        weight = mi.Float(1.0)
+        for number in numbers(found):  # 0, which no shape has, where there is no instance
+            named = found.is_valid() & (number != 0) & (number < dr.width(table))
+            weight *= dr.select(named, dr.gather(mi.Float, table, number, named), 1.0)
         parts.append(np.asarray(dr.block_sum(weight, rays).numpy(), np.float64).reshape(rows, width) / rays)
     return np.concatenate(parts)
 

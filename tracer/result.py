@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.finish import Seen  # not for types alone: Dr.Jit looks up the hints of what an integrator holds
-from tracer.frame import Frame
+from tracer.frame import Frame, PlainFrame
 from tracer.halt import Reason
 from tracer.noise import Noise
 from tracer.settings import Settings
@@ -39,6 +39,8 @@ class Report:
     rounds: list[Round] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     """Sentences for a person: fallbacks, samples that were not finite, an interruption."""
+    unwritten: list[str] = field(default_factory=list)
+    """Sentences about files that could not be written while the render went on, such as its checkpoint."""
     stopped_by: Reason | None = None
     """What ended the render: its budget (spp), the noise target, the time, or a person. None while it goes on."""
     noise: float | None = None
@@ -131,13 +133,20 @@ class Result:
     """Wall-clock seconds from the first pilot ray to the developed image."""
     report: Report
 
+    @property
+    def rgb(self) -> NDArray[np.float32]:
+        """(H, W, 3): the colours of ``image`` in linear sRGB, whatever its channels are; without alpha and AOVs."""
+        height, width = self.image.shape[:2]
+        frame = PlainFrame((height, width), 0, self.channels, 0, self.window)
+        return np.asarray(frame.rgb(self.image), np.float32)
+
     def _repr_html_(self) -> str:
         """Show picture and sample counts side by side in Jupyter."""
         pictures = "".join(
             f'<figure style="display:inline-block;margin:4px"><img src="data:image/png;base64,{data}">'
             f"<figcaption>{caption}</figcaption></figure>"
             for caption, data in (
-                (f"{self.report.settings.spp} spp, {self.seconds:.1f} s", as_png(display(self.image))),
+                (f"{self.report.settings.spp} spp, {self.seconds:.1f} s", as_png(display(self.rgb))),
                 (f"samples per pixel, {self.samples.min()} to {self.samples.max()}", as_png(heat(self.samples))),
             )
         )

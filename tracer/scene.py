@@ -14,8 +14,9 @@ import mitsuba as mi
 import numpy as np
 
 from tracer import threads
-from tracer.errors import SceneError, SettingsError
+from tracer.errors import BackendError, SceneError, SettingsError
 from tracer.frame import Frame
+from tracer.given import whole_number, whole_numbers
 from tracer.load_error import load_error, render_error
 from tracer.source import LOAD_ERRORS, describe, load
 from tracer.upload import upload_tensor
@@ -24,6 +25,9 @@ Crop = tuple[int, int, int, int] | None
 """x, y, width and height in pixels of a part of the film."""
 Size = int | tuple[int, int] | None
 """Width (the height follows the film's aspect), or (width, height), or None for the film's own."""
+ABORTING = {"StokesIntegrator": "stokes"}
+"""Integrators whose ``sample``, called from Python, ends the process: class and name. Of all that Mitsuba 3.9 has, and
+combinations of them, tried in every variant, these alone do."""
 MOST_SIDE, MOST_PIXELS = 2**20, 2**28
 """Of a film, and of what is rendered of it at once: beyond, float32 and 32-bit indices do not reach."""
 
@@ -137,13 +141,13 @@ def open_scene(
     ``source``: path of a Mitsuba XML file, a dictionary, or an ``mi.Scene``. ``integrator``: plugin name, dictionary
     or ``mi.Integrator`` instead of the scene's; ``sensor``: number or ``mi.Sensor``; ``crop``: the part of the film,
     once it has its ``size``, that is rendered instead of its own crop window; ``define``: values of the $parameters of
-    a file. Raises SceneError or SettingsError.
+    a file. Raises SceneError, SettingsError, or BackendError for what was loaded under another variant.
     """
-    scene = load(source, define=define)
+    scene = require_variant("scene", load(source, define=define))
     if scene.class_name() != "Scene":
         raise SceneError(f"{describe(source)} holds a {scene.class_name()}, not a scene; wrap it in <scene>.")
     chosen = pick_sensor(scene, sensor, source)
-    asked = make_integrator(integrator if integrator is not None else scene.integrator())
+    asked = require_variant("integrator", make_integrator(integrator if integrator is not None else scene.integrator()))
     ours = type(asked).__name__ == "AdaptiveIntegrator"  # by name: the class is another one in every variant
     nested, settings = (asked.nested, asked.settings) if ours else (asked, {})
     view = View(scene, chosen, require_nestable(nested), settings)
@@ -165,6 +169,17 @@ def open_scene(
         restore_film(chosen, original)
 
 
+def require_variant(what: str, thing: Any) -> Any:
+    """Return an object of Mitsuba if it is of the active variant, else raise BackendError: variants do not mix."""
+    own = thing.variant_name() if hasattr(thing, "variant_name") else mi.variant()
+    if own != mi.variant():
+        raise BackendError(
+            f"The {what} was loaded under the variant '{own}', and '{mi.variant()}' is active: "
+            f"load it again, or call mi.set_variant('{own}') before the render."
+        )
+    return thing
+
+
 def require_pixels(view: View) -> None:
     """Raise SettingsError for a picture that no memory holds: the film would end the process as it tried."""
     height, width = view.size
@@ -176,13 +191,19 @@ def require_pixels(view: View) -> None:
 
 
 def pick_sensor(scene: Any, sensor: Any, source: Any) -> Any:
-    """Return a sensor of a loaded scene by number, or ``sensor`` itself. Raises SceneError or SettingsError."""
+    """Return a sensor of a loaded scene by number, or ``sensor`` itself.
+
+    Raises SceneError, SettingsError, or BackendError for a sensor of another variant.
+    """
     sensors = scene.sensors()
     if not sensors:
         raise SceneError(f'{describe(source)} has no sensor; add one, for example <sensor type="perspective">.')
-    if isinstance(sensor, int) and not 0 <= sensor < len(sensors):
-        raise SettingsError(f"There is no sensor {sensor}: {describe(source)} has {len(sensors)}, counted from 0.")
-    return sensors[sensor] if isinstance(sensor, int) else sensor
+    if hasattr(sensor, "film"):
+        return require_variant("sensor", sensor)
+    number = whole_number("sensor", sensor)
+    if not 0 <= number < len(sensors):
+        raise SettingsError(f"There is no sensor {number}: {describe(source)} has {len(sensors)}, counted from 0.")
+    return sensors[number]
 
 
 def make_integrator(wanted: Any) -> Any:
@@ -208,6 +229,12 @@ def require_nestable(integrator: Any) -> Any:
             f"Integrator '{name}' cannot be sampled pixel by pixel, so it cannot be rendered adaptively; "
             "use one that follows camera rays, such as 'path', 'volpath', 'direct' or 'prb'."
         )
+    for part in mi.traverse(integrator).hierarchy:
+        if part.class_name() in ABORTING:
+            raise SettingsError(
+                f"Integrator '{ABORTING[part.class_name()]}' cannot be rendered adaptively, as Mitsuba ends the whole "
+                "program when single samples of it are asked for; use mi.render, or the integrator within it."
+            )
     return integrator
 
 
@@ -227,9 +254,10 @@ def resize_film(sensor: Any, size: Size, crop: Crop = None) -> dict[str, Any]:
             ends.append(max(round((offset + length) * new / old), begins[-1] + 1))
         lengths = [end - begin for begin, end in zip(begins, ends, strict=True)]
     else:
-        begins, lengths = list(crop[:2]), list(crop[2:])
-        if min(begins) < 0 or min(lengths) < 1 or crop[0] + crop[2] > width or crop[1] + crop[3] > height:
-            raise SettingsError(f"The crop x, y, width, height = {crop} is not within the picture, {width} x {height}.")
+        part = whole_numbers("crop", crop, 4, "x, y, width and height in pixels")
+        begins, lengths = list(part[:2]), list(part[2:])
+        if min(begins) < 0 or min(lengths) < 1 or part[0] + part[2] > width or part[1] + part[3] > height:
+            raise SettingsError(f"The crop x, y, width, height = {part} is not within the picture, {width} x {height}.")
     parameters["film.size"] = [width, height]
     parameters["film.crop_offset"] = begins
     parameters["film.crop_size"] = lengths
@@ -239,7 +267,13 @@ def resize_film(sensor: Any, size: Size, crop: Crop = None) -> dict[str, Any]:
 
 def new_size(old: list[int], size: Size) -> tuple[int, int]:
     """Return (width, height) of a film of ``old`` size that is given ``size``. Raises SettingsError."""
-    width, height = (size, max(1, round(old[1] * size / old[0]))) if isinstance(size, int) else size or old
+    if size is None:
+        width, height = old
+    elif np.ndim(size) == 0:
+        width = whole_number("size", size)
+        height = max(1, round(old[1] * width / old[0]))
+    else:
+        width, height = whole_numbers("size", size, 2, "width and height in pixels, or the width alone")
     if not (1 <= width <= MOST_SIDE and 1 <= height <= MOST_SIDE):
         raise SettingsError(
             f"The size must be at least 1 pixel a side and at most {MOST_SIDE}, not {width} x {height}."

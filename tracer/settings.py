@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic_core import PydanticCustomError
 
 from tracer import criteria
 from tracer.errors import SettingsError
+from tracer.given import plain
 from tracer.load_error import nearest
 from tracer.objective import OBJECTIVES
 
@@ -60,7 +62,7 @@ class Settings(BaseModel):
     importance: str | None = None
     """Image file whose values multiply the importance of each pixel: a mask or a weight, scaled to the picture."""
     shape_weights: dict[str, float] = Field(default_factory=dict)
-    """Factors of the importance of what shapes cover, by their ID; also as text, "lamp=4, floor=0.5"."""
+    """Factors of the importance of what shapes cover, by name, see ``tracer.shapes``; also as "lamp=4, floor=0.5"."""
     block: int = Field(1, ge=1, le=64)
     """Side in pixels of the squares over which the complexity of IDs is measured."""
 
@@ -77,10 +79,26 @@ class Settings(BaseModel):
             return {**values, "spp": OPEN_SPP[limit]} if limit else values
         return values
 
+    @field_validator("spp", "noise", "noise_share", "time", "seed", "exposure", "block", mode="before")
+    @classmethod
+    def number_is_no_switch(cls, value: Any) -> Any:
+        """Reject True and False, which Python takes for 1 and 0."""
+        if isinstance(plain(value), bool):
+            raise PydanticCustomError("switch", "write a number")
+        return value
+
+    @field_validator("pilot_spp", "min_spp", "max_spp", mode="before")
+    @classmethod
+    def bound_is_no_switch(cls, value: Any) -> Any:
+        """Reject True and False for a number that may be missing."""
+        return cls.number_is_no_switch(value)
+
     @field_validator("shape_weights", mode="before")
     @classmethod
     def weights_from_text(cls, value: Any) -> Any:
-        """Read weights from text."""
+        """Read weights from text; shapes may be named by number."""
+        if isinstance(value, dict):
+            return {str(plain(name)): weight for name, weight in value.items()}
         if not isinstance(value, str):
             return value
         pairs = [entry.rpartition("=") for entry in value.split(",") if entry.strip()]
@@ -101,7 +119,7 @@ class Settings(BaseModel):
     @classmethod
     def known_criterion(cls, name: str) -> str:
         """Reject a criterion that is not registered."""
-        return known(name, "criterion", criteria.names())
+        return name if criteria.is_function(name) else known(name, "criterion", criteria.names())
 
     @field_validator("objective")
     @classmethod
@@ -121,6 +139,9 @@ class Settings(BaseModel):
         if self.unbiased and self.is_open:
             name = "noise" if self.noise is not None else "time"
             raise ValueError(f"{name} cannot be combined with unbiased, which must know its samples beforehand")
+        if self.noise is not None and self.noise >= 1 and self.objective != "absolute":
+            of = "what a screen shows" if self.objective == "display" else "the brightness"
+            raise ValueError(f"noise must be below 1, as it is a part of {of}: 0.05 is 5 % (was {self.noise:g})")
         left = self.spp - 2 * self.pilot_samples
         if self.unbiased and not self.too_small and self.min_spp is not None and self.min_spp > left:
             raise ValueError(
@@ -179,15 +200,22 @@ def make_settings(**values: Any) -> Settings:
     try:
         return Settings(**values)
     except ValidationError as error:
-        raise SettingsError("; ".join(explain(detail) for detail in error.errors()) + ".") from None
+        raise SettingsError(in_one_sentence(error)) from None
+
+
+def in_one_sentence(error: ValidationError, fields: list[str] | None = None) -> str:
+    """Return all of pydantic's complaints; ``fields`` as for ``explain``."""
+    text = "; ".join(explain(detail, fields) for detail in error.errors())
+    return text if text.endswith("?") else f"{text}."
 
 
 def check_settings(**values: Any) -> None:
-    """Check settings to which spp is still to come; bounds that depend on it are checked then."""
+    """Check settings to which spp and objective may still come; what depends on them is checked then."""
     if "spp" not in values:
         lower = [values.get(name) for name in ("min_spp", "pilot_spp")]
         values["spp"] = max([1, *(int(text) for one in lower if (text := str(one)).isdecimal())])
         values["unbiased"] = False
+    values.setdefault("objective", "absolute")  # the scene may say, and with it any noise is one
     make_settings(**values)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,25 +14,36 @@ from skimage.transform import resize
 
 from tracer import pilot
 from tracer.errors import ScoreError, SettingsError
-from tracer.load_error import nearest
 from tracer.pictures import read_values
 from tracer.scene import View
 from tracer.settings import Settings
+from tracer.shapes import find_shapes
 from tracer.upload import upload
 
 Floats = NDArray[np.float64]
 
 
-def wanted(view: View, settings: Settings, sampler: Any, importance: Any = None) -> Floats:
+Note = Callable[[str], Any]
+"""Takes a sentence for the report."""
+
+
+def wanted(
+    view: View, settings: Settings, sampler: Any, importance: Any = None, note: Note = lambda text: None
+) -> Floats:
     """Return what importance is multiplied by (grid), >= 0 and not zero everywhere.
 
-    ``importance``: an array (H, W) instead of the file that ``settings`` name. Raises SettingsError.
+    ``importance``: an array (H, W) instead of the file that ``settings`` name; ``note`` hears if it had to be scaled.
+    Raises SettingsError.
     """
     whole = np.ones(view.grid)
     if importance is None and settings.importance is not None:
         importance = read_image(settings.importance)
     if importance is not None:
-        whole = whole * on_grid(view, check_image(importance))
+        values = check_image(importance)
+        if values.shape != view.size:
+            sizes = [f"{width} x {height}" for height, width in (values.shape, view.size)]
+            note(f"The importance is {sizes[0]} pixels and the picture {sizes[1]}: it was scaled.")
+        whole = whole * on_grid(view, values)
     if settings.shape_weights:
         table = weight_table(view, settings.shape_weights)
         whole = whole * pilot.mean_over_shapes(view, sampler, settings.seed, settings.pilot_rays, table)
@@ -51,7 +63,10 @@ def read_image(path: str) -> Floats:
 
 def check_image(importance: Any) -> Floats:
     """Return an importance image as floats (H, W). Raises SettingsError for one that is no image of weights."""
-    values = np.asarray(importance, np.float64)
+    try:
+        values = np.asarray(importance, np.float64)
+    except (TypeError, ValueError):
+        raise SettingsError(f"importance: must be an image of numbers, not {type(importance).__name__}.") from None
     if values.ndim == 3:
         values = values.mean(axis=-1)
     if values.ndim != 2 or values.size == 0:
@@ -70,17 +85,12 @@ def on_grid(view: View, values: Floats) -> Floats:
 
 def weight_table(view: View, weights: dict[str, float]) -> Any:
     """Return weights of shapes as mi.Float, by Mitsuba's number of a shape; 1 for those not named."""
-    shapes = {shape.id(): shape for shape in view.scene.shapes()}
-    unknown = next((name for name in weights if name not in shapes), None)
-    if unknown is not None:
-        hint = nearest(unknown, list(shapes))
-        raise SettingsError(
-            f"shape_weights: the scene has no shape '{unknown}'"
-            + (f", did you mean '{hint}'?" if hint else f"; it has {', '.join(sorted(filter(None, shapes))[:8])}.")
-            + (" Meshes that Mitsuba has merged have lost theirs: load the scene with optimize=False." * ("" in shapes))
-        )
-    numbers = {name: int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shapes[name]))[0]) for name in weights}
-    table = np.ones(max(numbers.values()) + 1)
-    for name, weight in weights.items():
-        table[numbers[name]] = weight
+    numbered = [
+        (int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))[0]), weights[name])
+        for name, shapes in find_shapes(view.scene, list(weights)).items()
+        for shape in shapes
+    ]
+    table = np.ones(max(number for number, _ in numbered) + 1)
+    for number, weight in numbered:
+        table[number] *= weight
     return upload(mi.Float, table)

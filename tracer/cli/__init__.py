@@ -1,8 +1,8 @@
 """The command line: one file per command, thin: parse, call, print.
 
 Exit codes: 0 done; 1 a study of which a part failed; 2 a mistake that can be mended, said in one sentence; 3 Mitsuba
-crashed; 4 a cluster failed, or is not there; 130 stopped by Ctrl-C (SIGINT), 143 by SIGTERM, with what there was
-written; 137 killed, as if memory runs out.
+crashed; 4 a cluster failed, or is not there; 5 a file could not be written when it was made, as on a full disk; 130
+stopped by Ctrl-C (SIGINT), 143 by SIGTERM, with what there was written; 137 killed, as if memory runs out.
 """
 
 from __future__ import annotations

@@ -23,6 +23,7 @@ from tracer.cli import (
     study,
     view,
 )
+from tracer.wording import speaking_to_command_line
 
 app = typer.Typer(
     help="Render adaptively on Mitsuba 3: look first with cheap rays, spend expensive rays where they pay.",
@@ -38,7 +39,8 @@ def after_check(command: Callable[..., None]) -> Callable[..., None]:
     @functools.wraps(command)
     def checked(*arguments: Any, **options: Any) -> None:
         named_library()
-        command(*arguments, **options)
+        with speaking_to_command_line():
+            command(*arguments, **options)
 
     return checked
 

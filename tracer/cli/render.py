@@ -76,7 +76,7 @@ def render(
     shape_weight: Annotated[
         list[str] | None,
         typer.Option(
-            help="ID=FACTOR: importance of what a shape covers; may be repeated.", rich_help_panel=Panel.WHERE
+            help="NAME=FACTOR: importance of what a shape covers; may be repeated.", rich_help_panel=Panel.WHERE
         ),
     ] = None,
     pilot_spp: Annotated[
@@ -113,6 +113,9 @@ def render(
     denoise: Annotated[
         bool | None, typer.Option("--denoise", help="Take out the noise (Open Image Denoise); keep it as a layer.")
     ] = None,
+    layers: Annotated[
+        str | None, typer.Option(help="What the EXR holds: all, or rgb, as textures and environments are. (all)")
+    ] = None,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
     as_json: options.AsJson = False,
@@ -136,19 +139,28 @@ def render(
 
     from tracer.cli import STARTED, signals
     from tracer.cli.progress import watch
+    from tracer.errors import WriteError
     from tracer.job import make_job
     from tracer.perform import perform
 
     job = make_job(given, config)
+    lost = False
     with watch("Rendering", quiet or as_json) as progress:
         for shot, result in perform(job, progress, STARTED, lambda text: None if quiet else typer.echo(text, err=True)):
             progress.clear()
+            report = result.report
             if as_json:
                 typer.echo(json.dumps({"output": shot.name, **summary(result)}))
             elif not quiet:
-                typer.echo("\n".join([f"{shot.name}: {in_words(result)}", *result.report.notes]))
-            if not result.report.complete:
+                notes = [note for note in report.notes if note not in report.unwritten]
+                typer.echo("\n".join([f"{shot.name}: {in_words(result)}", *notes]))
+            for complaint in report.unwritten:
+                typer.echo(f"tracer: {complaint}", err=True)
+            lost = lost or bool(report.unwritten)
+            if not report.complete:
                 raise typer.Exit(signals.exit_code())
+    if lost:
+        raise typer.Exit(WriteError.exit_code)
 
 
 def summary(result: Any) -> dict[str, Any]:

@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.errors import SettingsError
+
 if TYPE_CHECKING:
     from tracer.draw import Moments
     from tracer.estimate import Statistics
@@ -74,6 +76,8 @@ class Criterion:
 
 
 registered: dict[str, Criterion] = {}
+functions: dict[str, Criterion] = {}
+"""Of callers, that are not registered, by the name that ``name_of`` gave them."""
 
 
 def criterion(
@@ -113,6 +117,55 @@ def import_file(path: Path) -> None:
         specification.loader.exec_module(module)
 
 
+def name_of(criterion: Any) -> Any:
+    """Return the name by which ``get`` finds a criterion; one that is a name already, or is none, is passed through.
+
+    A function that is not registered is taken to learn from radiance, and its importance to be the share of samples.
+    """
+    if not callable(criterion):
+        return criterion
+    import_all()
+    known = next((name for name, entry in registered.items() if entry.importance is criterion), None)
+    if known is not None:
+        return known
+    name = f"function {getattr(criterion, '__qualname__', type(criterion).__qualname__)}"
+    functions[name] = Criterion(name, checked(name, criterion), needs_radiance=True, spends="share")
+    return name
+
+
+def checked(name: str, function: Callable[[Evidence], Floats]) -> Callable[[Evidence], Floats]:
+    """Return a function of a caller that raises SettingsError if what it returns is no importance."""
+
+    def importance(evidence: Evidence) -> Floats:
+        values, shape = function(evidence), evidence.wanted.shape
+        if not (is_numbers(values) and values.shape == shape and np.all(values >= 0)):
+            raise SettingsError(
+                f"criterion: {name} must return an importance >= 0 for every pixel, an array of shape {shape} "
+                f"(was {described(values)})."
+            )
+        return values.astype(np.float64)
+
+    return importance
+
+
+def is_numbers(values: Any) -> bool:
+    """Return whether a value is an array of numbers."""
+    return isinstance(values, np.ndarray) and values.dtype.kind in "buif"
+
+
+def described(values: Any) -> str:
+    """Return what a message says of a value that is no importance."""
+    if not is_numbers(values):
+        return type(values).__name__
+    wrong = np.count_nonzero(~(values >= 0))
+    return f"of shape {values.shape}" + (f", {wrong} of them not >= 0" if wrong else "")
+
+
+def is_function(name: str) -> bool:
+    """Return whether ``name`` is that of a function that is not registered."""
+    return name in functions
+
+
 def names() -> list[str]:
     """Return the names of all criteria."""
     import_all()
@@ -122,4 +175,4 @@ def names() -> list[str]:
 def get(name: str) -> Criterion:
     """Return a criterion by name. Raises KeyError."""
     import_all()
-    return registered[name]
+    return functions[name] if name in functions else registered[name]

@@ -21,6 +21,7 @@ from tracer.study.methods import Studio
 from tracer.study.plan import Plan, Scene
 from tracer.study.reference import prepare_cache
 from tracer.study.write import RESULT_FILES
+from tracer.wording import option
 
 
 def check_study(plan: Plan, scenes: Sequence[Scene]) -> None:
@@ -69,7 +70,7 @@ def prepare_output(plan: Plan, output: Path, overwrite: bool) -> None:
         if there != plan.name:
             message = (
                 f"'{output}' holds the study '{there}', not '{plan.name}'; choose another folder, "
-                "or --overwrite to replace what is there"
+                f"or {option('overwrite')} to replace what is there"
             )
             raise plan.origin.fault(message, ("name",))
     if not mark.exists():
