@@ -1,6 +1,7 @@
 """A library that would abort the process is refused before anything renders."""
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -66,3 +67,34 @@ def test_the_packaged_library_is_used_unless_the_user_names_another(monkeypatch)
 def test_unusable_variants(variant, message):
     with pytest.raises(BackendError, match=message):
         backend.activate(variant)
+
+
+CUDA = ["cuda_ad_rgb", "cuda_ad_mono", "cuda_ad_mono_polarized", "cuda_ad_spectral", "cuda_ad_spectral_polarized"]
+
+
+@pytest.mark.parametrize("variant", CUDA)
+def test_cuda_without_a_gpu_says_what_is_missing(variant):
+    import drjit as dr
+    import mitsuba as mi
+
+    backend.activate("llvm_ad_rgb")
+    if dr.has_backend(dr.JitBackend.CUDA):
+        pytest.skip("there is a GPU")
+    with pytest.raises(BackendError, match=f"^Variant '{variant}' needs an NVIDIA GPU with its driver, and ") as raised:
+        backend.activate(variant)
+    assert str(raised.value).endswith(f"render on the processor with the variant '{variant.replace('cuda', 'llvm')}'.")
+    assert "LLVM" not in str(raised.value)
+    assert mi.variant() == "llvm_ad_rgb"  # as before
+
+
+@pytest.mark.parametrize(
+    ("variant", "driver", "expected"),
+    [
+        ("cuda_ad_rgb", False, "and that driver is not installed; see what 'nvidia-smi' says"),
+        ("cuda_ad_rgb", True, r"and its driver has none to offer \(no luck\); see"),
+        ("llvm_ad_rgb", True, r"could not start variant 'llvm_ad_rgb' \(no luck\): install version 17 or newer"),
+    ],
+)
+def test_a_variant_that_does_not_start_says_what_to_do(monkeypatch, variant, driver, expected):
+    monkeypatch.setattr(backend, "has_cuda_driver", lambda: driver)
+    assert re.search(expected, backend.why_not(variant, ImportError("no\n luck.")))

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 import tracer
+from conftest import files_of_at_most
 from tracer import checkpoint
 from tracer.errors import CheckpointError, OutputError
+from tracer.wording import speaking_to_command_line
 
 SETTINGS = {"spp": 32, "seed": 3}
 
@@ -145,7 +147,8 @@ def test_a_checkpoint_that_cannot_be_written_does_not_stop_the_render(cornell, t
     result = tracer.render(cornell(), spp=16, checkpoint=path, resume=True)
     assert result.report.complete
     assert "No space left on device" in result.report.notes[-1]
-    assert "could be written is still there" in result.report.notes[-1]
+    assert "could be written is still there, with 50 % of the samples" in result.report.notes[-1]
+    assert result.report.unwritten == result.report.notes[-1:]
     assert path.read_bytes() == before
     assert [each.name for each in tmp_path.iterdir()] == ["state.ckpt"]
 
@@ -160,3 +163,49 @@ def test_a_checkpoint_that_may_not_be_read_is_not_called_damaged(tmp_path, monke
     monkeypatch.setattr("zipfile.ZipFile", refuse)
     with pytest.raises(CheckpointError, match=r"Cannot read '.*state\.ckpt': Permission denied"):
         checkpoint.read(path)
+
+
+@pytest.mark.parametrize(
+    ("before", "overwrite", "said"),
+    [(None, False, "There is no checkpoint."), ("another", True, "before is still there")],
+)
+def test_what_was_never_there_is_not_promised(cornell, tmp_path, before, overwrite, said):
+    path = tmp_path / "state.ckpt"
+    if before is not None:
+        path.write_text(before)
+    scene = tracer.source.load(cornell())  # before files may be no larger, as compiling needs some
+    tracer.render(scene, spp=2)
+    with files_of_at_most(2000):
+        result = tracer.render(scene, spp=2, checkpoint=path, overwrite=overwrite)
+    (complaint,) = result.report.unwritten
+    assert complaint.startswith(f"Cannot write '{path}': File too large. ")
+    assert said in complaint
+    assert "could be written" not in complaint
+    assert [entry.name for entry in tmp_path.iterdir()] == ([path.name] if before else [])
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"size": 12}, r"another render: size \[24, 16\] there and \[12, 8\] here\. Resume"),
+        ({"crop": (1, 2, 8, 8)}, r"another render: crop \[0, 0, 24, 16\] there and \[1, 2, 8, 8\] here\. Resume"),
+        (
+            {"size": 12, "seed": 4},
+            r"render: size \[24, 16\] there and \[12, 8\] here; seed 3 there and 4 here\. Resume",
+        ),
+        ({"importance": np.eye(16, 24)}, r"another render: another importance\. Resume"),
+    ],
+)
+def test_only_what_really_differs_is_named(cornell, tmp_path, settings, message):
+    path = tmp_path / "state.ckpt"
+    tracer.render(cornell(), checkpoint=path, **SETTINGS)
+    with pytest.raises(CheckpointError, match=message):
+        tracer.render(cornell(), checkpoint=path, resume=True, **SETTINGS | settings)
+
+
+def test_what_is_asked_of_the_caller_fits_the_caller(cornell, tmp_path):
+    keeper = checkpoint.Keeper(tmp_path / "state.ckpt", "0", resume=False)
+    keeper.kept = 5
+    assert keeper.in_words(10).endswith("has 50.0 % of the samples; go on with resume=True.")
+    with speaking_to_command_line():
+        assert keeper.in_words(10).endswith("go on with --resume.")

@@ -64,6 +64,12 @@ BAD = [
     (("render", "SCENE", "-o", "out.exr", "--define", "x"), 2, "define: write name=value"),
     (("render", "SCENE", "-o", "out.exr", "--sensor", "first"), 2, "sensor: write numbers from 0"),
     (("render", "SCENE", "-o", "out.exr", "--variant", "llvm_rgb"), 2, "There is no Mitsuba variant"),
+    (("render", "SCENE", "-o", "out.exr", "--variant", "llvm_ad_nope"), 2, "There is no Mitsuba variant"),
+    (("render", "SCENE", "-o", "out.exr", "--layers", "some"), 2, "layers: input should be 'all' or 'rgb'"),
+    (("render", "SCENE", "-o", "out.exr", "--layers", "rgb", "--features"), 2, "features are layers of their own"),
+    (("render", "SCENE", "-o", "out.exr", "--noise", "5"), 2, "noise must be below 1"),
+    (("render", "SCENE", "-o", "out.exr", "--shape-weight", "lamp=2"), 2, "no shape 'lamp', nor any other"),
+    (("render", "SCENE", "-o", "there.exr"), 2, "or --overwrite to replace it"),
     (("render", "SCENE", "-o", "out.exr", "--memory", "0.01"), 2, "memory: this render needs about"),
     (("render", "SCENE", "-o", "out.exr", "--config", "no.toml"), 2, "Cannot read 'no.toml'"),
     (("render", "SCENE", "-o", "out.exr", "--live", "out.exr"), 2, "must end in .png"),
@@ -293,3 +299,64 @@ def test_score_prints_what_a_study_measures(tracer_program, tmp_path):
     assert code == 0
     for word in ("relMSE", "SSIM", "FLIP", "bias"):
         assert word in out
+
+
+def test_plain_rgb_and_the_note_of_a_scene_without_light(tracer_program, scene_file, tmp_path):
+    dark = LIT.replace('<emitter type="constant"/>', '<shape type="sphere"/>')
+    code, out, _ = tracer_program("render", scene_file(dark), "-o", tmp_path / "out.exr", "--spp", 1, "--layers", "rgb")
+    assert code == 0
+    assert out.count("no emitter") == 1
+    assert read_exr(tmp_path / "out.exr")[0] == ["R", "G", "B"]
+
+
+def test_a_renamed_aov_is_noted(tracer_program, scene_file, tmp_path):
+    aovs = '<integrator type="aov"><string name="aovs" value="albedo:albedo"/><integrator type="path"/></integrator>'
+    scene = scene_file(LIT.replace('<integrator type="path"/>', aovs) + '<shape type="sphere"/>')
+    arguments = ("render", scene, "-o", tmp_path / "out.exr", "--spp", 1, "--overwrite")
+    code, out, _ = tracer_program(*arguments, "--features")
+    assert (code, "written as aov.albedo." in out) == (0, True)
+    code, out, _ = tracer_program(*arguments)
+    assert (code, "aov.albedo" in out) == (0, False)
+
+
+def test_a_full_disk_keeps_the_picture(tracer_program, scene_file, tmp_path, small_disk, monkeypatch):
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(elsewhere))
+    output = small_disk(4096) / "out.exr"
+    arguments = ("render", scene_file(LIT), "-o", output, "--spp", 2)
+    code, out, err = tracer_program(*arguments)
+    assert (code, out) == (5, "")
+    assert err.count("\n") == 1
+    assert f"Cannot write '{output}'" in err
+    (kept,) = elsewhere.rglob("out.exr")
+    assert f"The picture is kept as '{kept}'." in err
+    assert read_samples(kept)[0].sum() == 2 * 96
+    checkpoint = tmp_path / "state.ckpt"
+    code, _, err = tracer_program(*arguments, "--checkpoint", checkpoint)
+    assert code == 5
+    assert f"All samples are in the checkpoint '{checkpoint}'; make room and go on with --resume." in err
+    again = ("render", scene_file(LIT), "-o", tmp_path / "out.exr", "--spp", 2, "--checkpoint", checkpoint, "--resume")
+    assert tracer_program(*again)[0] == 0
+    assert np.array_equal(read_exr(tmp_path / "out.exr")[1], read_exr(kept)[1])
+
+
+@pytest.mark.parametrize("how", [(), ("-q",), ("--json",)])
+def test_a_checkpoint_that_was_never_written_is_an_error(tracer_program, scene_file, tmp_path, small_disk, how):
+    checkpoint = small_disk(4096) / "state.ckpt"
+    arguments = ("render", scene_file(LIT), "-o", tmp_path / "out.exr", "--spp", 2, "--checkpoint", checkpoint)
+    code, out, err = tracer_program(*arguments, *how)
+    assert code == 5
+    assert err == f"tracer: Cannot write '{checkpoint}': No space left on device. There is no checkpoint.\n"
+    assert how == ("--json",) or "No space" not in out
+    assert read_samples(tmp_path / "out.exr")[0].sum() == 2 * 96
+    assert list(checkpoint.parent.iterdir()) == []
+
+
+def test_a_live_picture_that_does_not_fit_costs_nothing_else(tracer_program, scene_file, tmp_path, small_disk):
+    live = small_disk(4096) / "now.png"
+    (live.parent / "full").write_bytes(bytes(4096))
+    arguments = ("render", scene_file(LIT), "-o", tmp_path / "out.exr", "--spp", 2, "--live", live)
+    code, _, err = tracer_program(*arguments)
+    assert (code, err.count("\n"), f"Cannot write '{live}'" in err) == (5, 1, True)
+    assert read_samples(tmp_path / "out.exr")[0].sum() == 2 * 96
