@@ -324,6 +324,7 @@ def test_a_full_disk_keeps_the_picture(tracer_program, scene_file, tmp_path, sma
     elsewhere.mkdir()
     monkeypatch.setattr("tempfile.tempdir", str(elsewhere))
     output = small_disk(4096) / "out.exr"
+    (output.parent / "full").write_bytes(bytes(4096))
     arguments = ("render", scene_file(LIT), "-o", output, "--spp", 2)
     code, out, err = tracer_program(*arguments)
     assert (code, out) == (5, "")
