@@ -97,6 +97,7 @@ def test_a_scaled_importance_is_noted_once(cornell, tmp_path):
     path = tmp_path / "state.ckpt"
     for resume in (False, True):
         notes = tracer.render(cornell(), spp=2, importance=np.ones((5, 7)), checkpoint=path, resume=resume).report.notes
+        assert len(set(notes)) == len(notes)
         scaled = [note for note in notes if "importance" in note]
         assert scaled == ["The importance is 7 x 5 pixels and the picture 24 x 16: it was scaled."]
     assert not any(

@@ -9,7 +9,7 @@ import tempfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -134,6 +134,13 @@ def write_result(path: Path, result: Result, metadata: dict[str, Any], chosen: C
             write_exr(place, *layers(result), metadata, result.window)
 
     write_or_rescue(path, write)
+
+
+def chosen_layers(name: str | None) -> Chosen:
+    """Return the choice of a person, "all" where there is none. Raises OutputError."""
+    if name is not None and name not in get_args(Chosen):
+        raise OutputError(f"layers: write all or rgb (was {name!r}).")
+    return "rgb" if name == "rgb" else "all"
 
 
 def layers(result: Result) -> tuple[list[str], NDArray[np.float32]]:

@@ -102,7 +102,7 @@ class Rendering:
         self.state.meter.counted = (self.wanted > 0)[view.inner] if np.any(self.wanted == 0) else None
         self.report.rounds, self.report.notes = self.state.rounds, self.state.notes
         for remark in remarks:
-            self.report.note(remark, once=remark)
+            self.report.note(remark)
         self.leftover = Leftover(view, self.sampler, self.seed) if denoises else None
         self.left: NDArray[np.float64] | float = 1.0
         """Share of each pixel's noise that denoising is expected to leave."""

@@ -69,8 +69,8 @@ class Report:
         return self.stopped_by != "person"
 
     def note(self, text: str, once: str = "") -> None:
-        """Add a note, unless there is one that begins with ``once``."""
-        if not once or not any(note.startswith(once) for note in self.notes):
+        """Add a note, unless it is there already, as after a resume, or one that begins with ``once``."""
+        if text not in self.notes and (not once or not any(note.startswith(once) for note in self.notes)):
             self.notes.append(text)
 
     def describe(self, frame: Frame, statistics: Statistics, done: int, total: int, noise: Noise | None) -> None:

@@ -75,6 +75,8 @@ BAD = [
     (("render", "SCENE", "-o", "out.exr", "--live", "out.exr"), 2, "must end in .png"),
     (("render", "SCENE", "-o", "out.exr", "--tev", "localhost:x"), 2, "tev: write host:port"),
     (("merge", "there.exr", "-o", "out.exr"), 2, "is no checkpoint"),
+    (("merge", "no.ckpt", "-o", "out.exr", "--layers", "some"), 2, "layers: write all or rgb (was 'some')"),
+    (("radiosity", "SCENE", "-o", "out.exr", "--layers", "some"), 2, "layers: write all or rgb (was 'some')"),
     (("merge", "no.ckpt", "-o", "out.exr"), 2, "There is no checkpoint 'no.ckpt'"),
     (("merge", "there.exr", "-o", "there.exr"), 2, "'there.exr' exists"),
     (("compare", "no.xml"), 2, "there is no scene file"),
@@ -147,6 +149,11 @@ def test_a_farm_renders_parts_and_merges_them(tracer_program, scene_file, tmp_pa
     assert json.loads(out)["notes"] == ["Merged: seed 1; seed 2."]
     counts = [read_samples(tmp_path / name)[0] for name in ("1.exr", "2.exr", "all.exr")]
     assert np.array_equal(counts[0] + counts[1], counts[2])
+    assert tracer_program("merge", *parts, "-o", tmp_path / "plain.exr", "--layers", "rgb")[0] == 0
+    names, values, _ = read_exr(tmp_path / "plain.exr")
+    everything, merged, _ = read_exr(tmp_path / "all.exr")
+    assert names == ["R", "G", "B"]
+    assert np.array_equal(values, merged[..., [everything.index(name) for name in names]])
 
 
 def test_a_checkpoint_is_resumed_to_a_larger_budget(tracer_program, scene_file, tmp_path):

@@ -15,6 +15,7 @@ def merge(
     checkpoints: Annotated[list[Path], typer.Argument(help="Checkpoints of one picture, with different seeds.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="Picture to write: .exr (all layers) or .png.")],
     checkpoint: Annotated[Path | None, typer.Option(help="Checkpoint of all of them, for another merge.")] = None,
+    layers: options.Layers = None,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
     as_json: options.AsJson = False,
@@ -26,6 +27,7 @@ def merge(
     from tracer import files
 
     files.check_output(output, overwrite)
+    chosen = files.chosen_layers(layers)
     if checkpoint is not None:
         files.check_output(checkpoint, overwrite, suffixes=())
 
@@ -35,7 +37,7 @@ def merge(
 
     result, whole = merge_files(checkpoints, checkpoint)
     own = {**metadata(result, whole.identity["scene"]), "sources": whole.sources}
-    files.write_result(output, result, own)
+    files.write_result(output, result, own, chosen)
     if as_json:
         typer.echo(json.dumps({"output": str(output), **summary(result)}))
     elif not quiet:

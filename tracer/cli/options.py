@@ -42,5 +42,8 @@ Scheduler = Annotated[
     str | None, typer.Option(help="Address of a Dask scheduler, or its file.", rich_help_panel=Panel.WHO)
 ]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")]
+Layers = Annotated[
+    str | None, typer.Option(help="What the EXR holds: all, or rgb, as textures and environments are. (all)")
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object a picture, for machines.")]

@@ -42,6 +42,7 @@ def radiosity(
     seed: Annotated[int, typer.Option(help="Seed of the samples.", min=0)] = 0,
     sensor: options.Sensor = 0,
     size: options.Width = None,
+    layers: options.Layers = None,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
@@ -60,6 +61,7 @@ def radiosity(
     from tracer.source import load
 
     files.check_output(output, overwrite)
+    written = files.chosen_layers(layers)
     if patch is not None and not 0 < patch < float("inf"):
         raise SettingsError(f"The edge of a patch is a length above 0, not {patch:g}.")
     if not 0 < residual < 1:
@@ -89,7 +91,7 @@ def radiosity(
         typer.echo(f"Not diffuse, and shown as if they were: {', '.join(others)}", err=True)
     with watch("Rendering", quiet) as progress:
         result = render(loaded, integrator=integrator, sensor=sensor, size=size, spp=spp, seed=seed, progress=progress)
-    files.write_result(output, result, metadata(result, scene_hash))
+    files.write_result(output, result, metadata(result, scene_hash), written)
     if not quiet:
         found = integrator.solution
         typer.echo(

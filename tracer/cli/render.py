@@ -113,9 +113,7 @@ def render(
     denoise: Annotated[
         bool | None, typer.Option("--denoise", help="Take out the noise (Open Image Denoise); keep it as a layer.")
     ] = None,
-    layers: Annotated[
-        str | None, typer.Option(help="What the EXR holds: all, or rgb, as textures and environments are. (all)")
-    ] = None,
+    layers: options.Layers = None,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
     as_json: options.AsJson = False,
