@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from tracer.errors import OutputError, ScoreError
+from tracer.errors import LayerError, OutputError, ScoreError
 from tracer.files import write_exr, write_png
-from tracer.pictures import layers, read_picture, score_pair
+from tracer.pictures import layers, read_picture, read_reference, score_pair
 from tracer.score import decode_srgb, encode_srgb
 
 RGB = np.random.default_rng(0).random((8, 9, 3)).astype(np.float32)
@@ -83,4 +83,25 @@ def test_mistakes(tmp_path):
         score_pair("a", RGB, "b", RGB[:, 1:])
     with pytest.raises(ScoreError, match="'b' is grey and 'a' is in colour"):
         score_pair("a", RGB, "b", RGB[..., :1])
+    with pytest.raises(ScoreError, match="'a' is 9 x 6 pixels, and structural similarity needs at least 7 a side"):
+        score_pair("a", RGB[:6], "b", RGB[:6])
     assert [one.shape for one in score_pair("a", RGB[..., :1], "b", RGB[..., :1])] == [(8, 9, 3)] * 2
+
+
+def test_a_reference_needs_no_layer_of_the_pictures(tmp_path):
+    other = 0.5 * RGB
+    plain = exr(tmp_path / "plain.exr", ["R", "G", "B"], RGB)
+    both = exr(tmp_path / "both.exr", [*"RGB", *(f"noisy.{c}" for c in "RGB")], np.concatenate([RGB, other], axis=-1))
+    for path, layer, expected, taken in (
+        (plain, "noisy", RGB, None),
+        (both, "noisy", other, "noisy"),
+        (both, None, RGB, None),
+        (both, "stderr", RGB, None),
+    ):
+        values, found = read_reference(path, layer)
+        np.testing.assert_array_equal(values, expected)
+        assert found == taken
+    with pytest.raises(LayerError, match="no layer 'noisi', did you mean 'noisy'"):
+        read_picture(both, "noisi")
+    with pytest.raises(ScoreError, match="There is no picture"):
+        read_reference(tmp_path / "none.exr", "noisy")

@@ -55,8 +55,12 @@ class StudyError(TracerError):
     exit_code = 1
 
 
-class ScoreError(TracerError):
-    """Pictures that cannot be read, or cannot be compared."""
+class ScoreError(TracerError, ValueError):
+    """Pictures that cannot be read, or cannot be compared; a ValueError too, as arrays that do not fit raise."""
+
+
+class LayerError(ScoreError):
+    """A layer that a picture does not have."""
 
 
 class DenoiseError(TracerError):

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.errors import ScoreError
+from tracer.errors import LayerError, ScoreError
 from tracer.files import opened, said
 from tracer.load_error import nearest
-from tracer.score import decode_srgb
+from tracer.score import SSIM_WINDOW, comparable, decode_srgb, require_finite
 
 COMBINED = "Combined"
 """What Blender calls the layer of the finished picture."""
@@ -22,7 +23,7 @@ def read_picture(path: Path, layer: str | None = None) -> NDArray[np.float32]:
 
     Whole numbers (PNG, JPEG) are taken to be encoded with the sRGB curve, floating-point numbers to be linear.
     ``layer``: what stands before ".R" in the names of the channels; None takes the picture without a layer, else
-    Blender's "Combined", else the only one there is. Raises ScoreError.
+    Blender's "Combined", else the only one there is. Raises ScoreError; LayerError where ``layer`` is not there.
     """
     if not path.is_file():
         raise ScoreError(f"There is no picture '{path}'.")
@@ -37,9 +38,7 @@ def read_picture(path: Path, layer: str | None = None) -> NDArray[np.float32]:
         source.seek_subimage(part, 0)
         values = read_channels(path, source, channels)
         encoded = str(source.spec().format) not in FLOATING
-    bad = np.count_nonzero(~np.isfinite(values).all(axis=-1))
-    if bad:
-        raise ScoreError(f"{bad} pixels of '{path}' are not finite, so it has no score.")
+    require_finite(values, f"'{path}'")
     return decode_srgb(values).astype(np.float32) if encoded else values
 
 
@@ -89,7 +88,7 @@ def choose(path: Path, found: dict[str, Any], layer: str | None) -> str:
         if layer in found:
             return layer
         hint = nearest(layer, list(found))
-        raise ScoreError(
+        raise LayerError(
             f"'{path}' has no layer '{layer}'" + (f", did you mean '{hint}'?" if hint else f"; it has: {listed}.")
         )
     combined = [name for name in found if name.split(".")[-1] == COMBINED]
@@ -102,15 +101,16 @@ def choose(path: Path, found: dict[str, Any], layer: str | None) -> str:
 
 
 def score_pair(path: Path, image: NDArray, reference_path: Path, reference: NDArray) -> tuple[NDArray, NDArray]:
-    """Return both pictures (H, W, 3). Raises ScoreError if they cannot be compared."""
-    sizes = [f"{one.shape[1]} x {one.shape[0]}" for one in (image, reference)]
-    if sizes[0] != sizes[1]:
-        raise ScoreError(
-            f"'{path}' is {sizes[0]} pixels and '{reference_path}' is {sizes[1]}; render both at one size."
-        )
-    if image.shape[-1] != reference.shape[-1]:
-        grey, colour = (path, reference_path) if image.shape[-1] == 1 else (reference_path, path)
-        raise ScoreError(f"'{grey}' is grey and '{colour}' is in colour; render both alike.")
-    if image.shape[-1] == 1:
-        return image.repeat(3, axis=-1), reference.repeat(3, axis=-1)
-    return image, reference
+    """Return both pictures (H, W, 3), large enough for every error. Raises ScoreError if they cannot be compared."""
+    return comparable(image, reference, (f"'{path}'", f"'{reference_path}'"), SSIM_WINDOW)
+
+
+def read_reference(path: Path, layer: str | None) -> tuple[NDArray[np.float32], str | None]:
+    """Return a reference of pictures of which ``layer`` is scored, as ``read_picture`` does, and the layer taken.
+
+    That is the layer of the same name, or where the reference has none, its own picture (None). Raises ScoreError.
+    """
+    if layer is not None:
+        with suppress(LayerError):
+            return read_picture(path, layer), layer
+    return read_picture(path), None

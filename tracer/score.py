@@ -1,4 +1,8 @@
-"""Error of an image against a reference: pure functions of two arrays (H, W, 3), linear unless said otherwise."""
+"""Error of an image against a reference: pure functions of two pictures, linear unless said otherwise.
+
+A picture is an array (H, W, 3), or a grey one (H, W) or (H, W, 1), which counts as three channels that are alike. Every
+error has the same rule for what can be compared, ``comparable``, and raises ScoreError for what cannot.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tracer.errors import ScoreError
 from tracer.objective import EPSILON
 
 Floats = NDArray[np.float64]
@@ -39,7 +44,8 @@ class Scores:
 
 
 def all_scores(image: ArrayLike, reference: ArrayLike) -> Scores:
-    """Return every error of ``image``, both (H, W, 3) in linear sRGB. Raises ValueError for pictures of other sizes."""
+    """Return every error of ``image``, both (H, W, 3) or grey, in linear sRGB. Raises ScoreError (``comparable``)."""
+    image, reference = comparable(image, reference, least_side=SSIM_WINDOW)
     return Scores(
         mse(image, reference),
         relative_mse(image, reference),
@@ -52,20 +58,22 @@ def all_scores(image: ArrayLike, reference: ArrayLike) -> Scores:
 
 
 def luminance(image: ArrayLike) -> Floats:
-    """Return the luminance (H, W) of a linear image (H, W, 3) or (H, W, 1)."""
+    """Return the luminance (H, W) of a linear image (H, W, 3) or (H, W, 1). Raises ScoreError for other channels."""
     image = np.asarray(image, np.float64)
+    if image.ndim == 0 or image.shape[-1] not in (1, 3):
+        raise ScoreError(f"An image of shape {image.shape} has no luminance; give 3 channels, or 1 of a grey image.")
     return image @ LUMINANCE if image.shape[-1] == 3 else image[..., 0]
 
 
 def mse(image: ArrayLike, reference: ArrayLike) -> float:
     """Return the mean squared error over pixels and channels."""
-    image, reference = same_shape(image, reference)
+    image, reference = comparable(image, reference)
     return float(np.mean((image - reference) ** 2))
 
 
 def relative_mse(image: ArrayLike, reference: ArrayLike, epsilon: float = EPSILON) -> float:
     """Return the mean of the squared error over the reference's squared luminance plus ``epsilon``."""
-    image, reference = same_shape(image, reference)
+    image, reference = comparable(image, reference)
     return float(np.mean((image - reference) ** 2 / relative_scale(reference, epsilon)[..., None]))
 
 
@@ -76,7 +84,7 @@ def relative_scale(reference: ArrayLike, epsilon: float = EPSILON) -> Floats:
 
 def relative_mse_trimmed(image: ArrayLike, reference: ArrayLike, share: float = TRIMMED) -> float:
     """Return the same without the ``share`` of the pixels (at least one) that err most: fireflies decide it no more."""
-    image, reference = same_shape(image, reference)
+    image, reference = comparable(image, reference)
     errors = ((image - reference) ** 2).mean(axis=-1) / relative_scale(reference)
     kept = errors.size - max(1, round(share * errors.size))
     return float(np.partition(errors.ravel(), kept - 1)[:kept].mean()) if kept > 0 else float(errors.mean())
@@ -84,7 +92,7 @@ def relative_mse_trimmed(image: ArrayLike, reference: ArrayLike, share: float = 
 
 def bias(image: ArrayLike, reference: ArrayLike) -> float:
     """Return the mean signed error of the luminance as a part of the reference's mean luminance."""
-    image, reference = same_shape(image, reference)
+    image, reference = comparable(image, reference)
     mean = float(luminance(reference).mean())
     return float(luminance(image - reference).mean()) / mean if mean else 0.0
 
@@ -93,7 +101,7 @@ def flip(image: ArrayLike, reference: ArrayLike) -> float:
     """Return the mean HDR-FLIP error, 0 to 1, at the authors' 67 pixels per degree and exposures from the reference."""
     import flip_evaluator
 
-    image, reference = same_shape(image, reference)
+    image, reference = comparable(image, reference)
     positive = [np.maximum(values, 0.0).astype(np.float32) for values in (reference, image)]
     dark = luminance(positive[0]).max() < DARK
     exposures = {"startExposure": MOST_STOPS, "stopExposure": MOST_STOPS} if dark else {}
@@ -102,7 +110,7 @@ def flip(image: ArrayLike, reference: ArrayLike) -> float:
 
 def psnr(image: ArrayLike, reference: ArrayLike) -> float:
     """Return the peak signal-to-noise ratio in dB of both images encoded as sRGB and clipped to [0, 1] (range 1)."""
-    image, reference = same_shape(image, reference)
+    image, reference = comparable(image, reference)
     error = mse(encode_srgb(image), encode_srgb(reference))
     return float("inf") if error == 0 else float(-10.0 * np.log10(error))
 
@@ -111,9 +119,7 @@ def ssim(image: ArrayLike, reference: ArrayLike) -> float:
     """Return scikit-image's structural similarity of both images encoded as sRGB and clipped to [0, 1] (range 1)."""
     from skimage.metrics import structural_similarity
 
-    image, reference = same_shape(image, reference)
-    if min(image.shape[:2]) < SSIM_WINDOW:
-        raise ValueError(f"SSIM needs images of at least {SSIM_WINDOW} x {SSIM_WINDOW} pixels")
+    image, reference = comparable(image, reference, least_side=SSIM_WINDOW)
     return float(structural_similarity(encode_srgb(image), encode_srgb(reference), data_range=1.0, channel_axis=-1))
 
 
@@ -129,9 +135,63 @@ def decode_srgb(encoded: ArrayLike) -> Floats:
     return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
 
 
-def same_shape(image: ArrayLike, reference: ArrayLike) -> tuple[Floats, Floats]:
-    """Return both as float64. Raises ValueError if their shapes differ."""
-    image, reference = np.asarray(image, np.float64), np.asarray(reference, np.float64)
-    if image.shape != reference.shape:
-        raise ValueError(f"image of shape {image.shape} and reference of shape {reference.shape} differ in size")
-    return image, reference
+def comparable(
+    image: ArrayLike,
+    reference: ArrayLike,
+    names: tuple[str, str] = ("the image", "the reference"),
+    least_side: int = 1,
+) -> tuple[Floats, Floats]:
+    """Return two pictures as (H, W, 3) float64, a grey one in three channels that are alike.
+
+    ``names``: what a message calls them. ``least_side``: pixels that both need a side. Raises ScoreError for what is no
+    picture, for pixels that are not finite as float32, and for pictures of two sizes, or of which one alone is grey.
+    """
+    pictures = [picture(values, name) for values, name in zip((image, reference), names, strict=True)]
+    sizes = [f"{values.shape[1]} x {values.shape[0]}" for values in pictures]
+    if sizes[0] != sizes[1]:
+        raise ScoreError(
+            sentence(f"{names[0]} is {sizes[0]} pixels and {names[1]} is {sizes[1]}; render both at one size.")
+        )
+    channels = [values.shape[2] for values in pictures]
+    if channels[0] != channels[1]:
+        grey, colour = names if channels[0] == 1 else names[::-1]
+        raise ScoreError(sentence(f"{grey} is grey and {colour} is in colour; render both alike."))
+    if min(pictures[0].shape[:2]) < least_side:
+        raise ScoreError(
+            sentence(
+                f"{names[0]} is {sizes[0]} pixels, and structural similarity needs at least {least_side} a side; "
+                "render both larger."
+            )
+        )
+    first, second = (np.broadcast_to(values, (*values.shape[:2], 3)) for values in pictures)
+    return first, second
+
+
+def picture(values: ArrayLike, name: str) -> Floats:
+    """Return values as float64, (H, W, 3) or (H, W, 1). Raises ScoreError; ``name``: what its message calls them."""
+    try:
+        array = np.asarray(values, np.float64)
+    except (TypeError, ValueError):
+        raise ScoreError(sentence(f"{name} is no array of numbers; give one of shape (H, W, 3).")) from None
+    array = array[..., None] if array.ndim == 2 else array
+    if array.ndim != 3 or array.shape[2] not in (1, 3):
+        raise ScoreError(
+            sentence(f"{name} has the shape {np.shape(values)}; give (H, W, 3), or (H, W) or (H, W, 1) if it is grey.")
+        )
+    if array.size == 0:
+        raise ScoreError(sentence(f"{name} has the shape {array.shape} and no pixel; render it anew."))
+    require_finite(array, name)
+    return array
+
+
+def require_finite(values: ArrayLike, name: str) -> None:
+    """Raise ScoreError if pixels (H, W, C) are not finite as float32; ``name``: what its message calls the picture."""
+    bad = np.count_nonzero(~(np.abs(values) <= np.finfo(np.float32).max).all(axis=-1))
+    if bad:
+        pixels = f"1 pixel of {name} is" if bad == 1 else f"{bad} pixels of {name} are"
+        raise ScoreError(f"{pixels} not finite, so it has no score; render it anew.")
+
+
+def sentence(text: str) -> str:
+    """Return text that begins with a capital letter."""
+    return text[:1].upper() + text[1:]

@@ -14,10 +14,22 @@ HEADINGS = ("picture", "relMSE", "trimmed", "MSE", "PSNR", "SSIM", "FLIP", "bias
 def score(
     pictures: Annotated[list[Path], typer.Argument(help="Pictures by any renderer: EXR, PNG.", show_default=False)],
     reference: Annotated[Path, typer.Argument(help="What they should look like.", show_default=False)],
-    layer: Annotated[str | None, typer.Option(help='Layer of an EXR, as in "Beauty" for Beauty.R.')] = None,
+    layer: Annotated[
+        str | None,
+        typer.Option(
+            help='Layer of the pictures, as in "Beauty" for Beauty.R. The reference has its layer of the same name '
+            "taken, or where it has none, its own picture."
+        ),
+    ] = None,
+    reference_layer: Annotated[
+        str | None,
+        typer.Option(help='Layer of the reference, if another one; "" for the channels without a layer.'),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print numbers for a program.")] = False,
 ) -> None:
     """Measure the error of pictures against a reference, as tracer study does.
+
+    What is compared with what is said where a layer is asked for.
 
     Example: tracer score a.exr b.exr reference.exr
     """
@@ -25,26 +37,37 @@ def score(
 
     from tracer import score as metrics
     from tracer.cli.show import simple_table
-    from tracer.errors import ScoreError
-    from tracer.pictures import read_picture, score_pair
+    from tracer.pictures import read_picture, read_reference, score_pair
     from tracer.study.write import finite
 
-    truth = read_picture(reference, layer)
-    if min(truth.shape[:2]) < metrics.SSIM_WINDOW:
-        side = metrics.SSIM_WINDOW
-        raise ScoreError(f"'{reference}' is smaller than {side} x {side} pixels, too small for structural similarity.")
+    taken = reference_layer
+    if reference_layer is None:
+        truth, taken = read_reference(reference, layer)
+    else:
+        truth = read_picture(reference, reference_layer)
     found = {}
     for path in pictures:
         pair = score_pair(path, read_picture(path, layer), reference, truth)
         found[str(path)] = metrics.all_scores(*pair)
+    if layer is not None or reference_layer is not None:
+        typer.echo(f"{of_pictures(layer)} against {of_reference(taken, reference)}.", err=True)
     if as_json:
         plain = finite({name: asdict(scores) for name, scores in found.items()})
         typer.echo(json.dumps(plain, indent=1, allow_nan=False))
         return
     lines = []
-    for name, one in found.items():
-        errors = [f"{error:.4g}" for error in (one.relative_mse, one.relative_mse_trimmed, one.mse)]
-        lines.append(
-            [name, *errors, f"{one.psnr:.2f}", f"{one.ssim:.4f}", f"{one.flip:.4f}", f"{100 * one.bias:.2f} %"]
-        )
+    for name, scores in found.items():
+        errors = [f"{error:.4g}" for error in (scores.relative_mse, scores.relative_mse_trimmed, scores.mse)]
+        shown = [f"{scores.psnr:.2f}", f"{scores.ssim:.4f}", f"{scores.flip:.4f}", f"{100 * scores.bias:.2f} %"]
+        lines.append([name, *errors, *shown])
     simple_table(HEADINGS, lines)
+
+
+def of_pictures(layer: str | None) -> str:
+    """Return what of the pictures is scored, as a sentence begins."""
+    return f"Layer '{layer}' of the pictures" if layer else "The pictures themselves"
+
+
+def of_reference(layer: str | None, path: Path) -> str:
+    """Return what of the reference they are scored against."""
+    return f"layer '{layer}' of '{path}'" if layer else f"the picture of '{path}' itself"
