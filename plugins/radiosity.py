@@ -3,8 +3,9 @@
 The scene is cut into patches, which gather light along rays that are traced once, until nothing changes any more, or
 shoot it until none is left. What is shown is light gathered anew at every place that a camera ray hits, of which
 patches are seen only in the second place: textures and shadows are sharp then. Or the patches themselves, as they are
-or smoothed. Surfaces that are not diffuse count as if they were, and reflected as much. A scene is solved once: after
-it has changed, load the integrator again. Media are not seen, nor is ``hide_emitters``.
+or smoothed. Surfaces that are not diffuse count as if they were, and reflected as much, and media are left out: a
+warning names both. A scene is solved once: after it has changed, load the integrator again. ``hide_emitters`` has no
+effect.
 
 .. pluginparameters::
 
@@ -55,6 +56,7 @@ from tracer.radiosity.groups import neighbours
 from tracer.radiosity.guide import Guidance, make_guide
 from tracer.radiosity.hemisphere import Division, See
 from tracer.radiosity.patches import Patches, by_face
+from tracer.radiosity.remarks import remarks
 from tracer.radiosity.shoot import Shot, shoot
 from tracer.radiosity.smooth import Smooth
 from tracer.radiosity.solve import Solution, solve
@@ -94,9 +96,8 @@ class RadiosityIntegrator(mi.SamplingIntegrator):
         if self.scene is scene:
             return
         patches = cut(scene, self.size or extent(scene) / EXTENT)
-        if patches.not_diffuse and told is silent:
-            names = ", ".join(patches.not_diffuse)
-            mi.Log(mi.LogLevel.Warn, f"radiosity: not diffuse, and shown as if they were: {names}")
+        for sentence in remarks(scene) if told is silent else []:
+            mi.Log(mi.LogLevel.Warn, f"radiosity: {sentence}")
         guidance = GUIDANCE if self.guided else None
         if self.method == "shooting":
             self.solution = shoot(patches, self.rays, self.residual, self.seed, None, told)

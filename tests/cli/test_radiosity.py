@@ -60,6 +60,18 @@ def test_what_is_not_diffuse_is_named_or_refused(tmp_path):
     assert not (tmp_path / "strict.png").exists()
 
 
+def test_media_are_named_or_refused(tmp_path):
+    medium = '<medium type="homogeneous" name="interior"/>'
+    cloudy = scene(tmp_path, extra=f'<shape type="cube" id="cloud">{medium}<bsdf type="diffuse"/></shape>')
+    few = ["--spp", 1, "--rays", 4, "--patch", 1]
+    assert "Media are left out, as radiosity knows only surfaces: 'cloud'.\n" in call(
+        cloudy, "-o", tmp_path / "out.png", *few
+    )
+    with pytest.raises(TracerError, match=r"leaves out the media of '.*scene.xml': 'cloud'; leave out --strict"):
+        call(cloudy, "-o", tmp_path / "strict.png", "--strict", *few)
+    assert not (tmp_path / "strict.png").exists()
+
+
 @pytest.mark.parametrize(
     ("arguments", "extra", "sentence"),
     [

@@ -37,7 +37,7 @@ def radiosity(
         Shown, typer.Option(help="Light gathered anew, or patches smoothed or as they are.")
     ] = Shown.gather,
     even: Annotated[bool, typer.Option("--even", help="Spread the rays that gather evenly, unguided.")] = False,
-    strict: Annotated[bool, typer.Option("--strict", help="Refuse materials that are not diffuse.")] = False,
+    strict: Annotated[bool, typer.Option("--strict", help="Refuse materials that are not diffuse, and media.")] = False,
     spp: Annotated[int, typer.Option(help="Mean samples per pixel.", min=1, max=1 << 24)] = 64,
     seed: Annotated[int, typer.Option(help="Seed of the samples.", min=0)] = 0,
     sensor: options.Sensor = 0,
@@ -57,7 +57,7 @@ def radiosity(
     from tracer.errors import SceneError, SettingsError
     from tracer.fingerprint import fingerprint
     from tracer.metadata import metadata
-    from tracer.radiosity.cut import other_than_diffuse
+    from tracer.radiosity.remarks import other_than_diffuse, remarks, with_media
     from tracer.source import load
 
     files.check_output(output, overwrite)
@@ -73,9 +73,10 @@ def radiosity(
     loaded = load(scene)
     if loaded.class_name() != "Scene":
         raise SceneError(f"'{scene}' holds a {loaded.class_name()}, not a scene; wrap it in <scene>.")
-    others = other_than_diffuse(loaded)
-    if others and strict:
+    if strict and (others := other_than_diffuse(loaded)):
         raise SceneError(f"These shapes of '{scene}' are not diffuse: {', '.join(others)}; leave out --strict.")
+    if strict and (media := with_media(loaded)):
+        raise SceneError(f"Radiosity leaves out the media of '{scene}': {', '.join(media)}; leave out --strict.")
     chosen = {"size": patch or 0.0, "rays": rays, "residual": residual, "seed": seed}
     integrator = mi.load_dict(
         {"type": "radiosity", **chosen, "method": method.value, "show": show.value, "guided": not even}
@@ -87,8 +88,8 @@ def radiosity(
                 raise KeyboardInterrupt
 
         integrator.solve_for(loaded, told)
-    if others and not quiet:
-        typer.echo(f"Not diffuse, and shown as if they were: {', '.join(others)}", err=True)
+    for sentence in [] if quiet else remarks(loaded):
+        typer.echo(sentence, err=True)
     with watch("Rendering", quiet) as progress:
         result = render(loaded, integrator=integrator, sensor=sensor, size=size, spp=spp, seed=seed, progress=progress)
     files.write_result(output, result, metadata(result, scene_hash), written)

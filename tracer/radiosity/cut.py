@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from functools import cache
 from typing import Any
 
@@ -13,9 +12,9 @@ from numpy.typing import NDArray
 
 from tracer.errors import SceneError
 from tracer.radiosity.albedo import albedo as albedo_of
-from tracer.radiosity.albedo import not_diffuse
 from tracer.radiosity.hemisphere import NOTHING
 from tracer.radiosity.patches import Patches
+from tracer.radiosity.remarks import other_than_diffuse
 from tracer.radiosity.tessellate import name_of, tessellated
 from tracer.upload import upload
 
@@ -186,13 +185,6 @@ def side(shape: Any, face: Integers, places: Floats, areas: Floats, front: bool)
 def reflects(shape: Any, front: bool) -> bool:
     """Return whether a side of a shape reflects light at all."""
     return bool(mi.has_flag(shape.bsdf().flags(), mi.BSDFFlags.FrontSide if front else mi.BSDFFlags.BackSide))
-
-
-def other_than_diffuse(scene: Any) -> list[str]:
-    """Return the names of shapes whose material does anything but reflect diffusely."""
-    names = [name_of(shape) for shape in scene.shapes() if shape.bsdf() is not None and not_diffuse(shape.bsdf())]
-    times = Counter(names)
-    return [name if count == 1 else f"{count} times {name}" for name, count in times.items()]
 
 
 def first_faces(shapes: list[Any], counts: list[int]) -> Any:
