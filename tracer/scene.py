@@ -218,7 +218,7 @@ def make_integrator(wanted: Any) -> Any:
         with threads.for_files():
             return mi.load_dict(wanted)
     except LOAD_ERRORS as error:
-        raise load_error("The integrator", error) from None
+        raise load_error("The integrator", error, "integrator") from None
 
 
 def require_nestable(integrator: Any) -> Any:

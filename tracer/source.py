@@ -13,6 +13,7 @@ import mitsuba as mi
 from tracer import threads
 from tracer.errors import SceneError
 from tracer.load_error import load_error
+from tracer.mesh_defect import meshes_explained
 from tracer.soundness import require_faces, require_sources
 
 LOAD_ERRORS = (RuntimeError, ValueError, TypeError, MemoryError)
@@ -72,7 +73,7 @@ def load(source: Any, sampler: str | None = None, define: dict[str, str] | None 
             for name in [name for name in node.props.keys() if name != "sample_count"]:  # noqa: SIM118
                 del node.props[name]
     try:
-        with looking_in(parsed.resolver), threads.for_files():
+        with looking_in(parsed.resolver), threads.for_files(), meshes_explained(describe(source), state):
             mi.parser.transform_all(config, state)
             scene = mi.parser.instantiate(config, state)
     except LOAD_ERRORS as error:

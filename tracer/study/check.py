@@ -32,7 +32,7 @@ def check_study(plan: Plan, scenes: Sequence[Scene]) -> None:
             if not isinstance(mi.load_dict({"type": method.sampler}), mi.Sampler):
                 raise plan.origin.fault(f"'{method.sampler}' is not a sampler", ("methods", k, "sampler"))
         except LOAD_ERRORS as error:
-            said = str(load_error(f"sampler '{method.sampler}'", error))
+            said = str(load_error(f"sampler '{method.sampler}'", error, "sampler"))
             raise plan.origin.fault(said, ("methods", k, "sampler"), method.sampler) from None
     for scene in scenes:
         try:

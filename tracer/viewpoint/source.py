@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from tracer.errors import SceneError, SettingsError
 from tracer.load_error import load_error
+from tracer.mesh_defect import mesh_defect
+from tracer.soundness import require_faces
 from tracer.source import LOAD_ERRORS, load
 from tracer.viewpoint import atom_files, molecules
 from tracer.viewpoint.subject import Subject, open_subject
@@ -74,7 +76,9 @@ def open_source(path: Path, surfaces: str | None = None, crystal: Crystal | None
         try:
             scene = mi.load_dict({"type": "scene", "mesh": {"type": MESHES[suffix], "filename": str(path.resolve())}})
         except LOAD_ERRORS as error:
-            raise load_error(f"'{path}'", error) from None
+            defect = mesh_defect(path, MESHES[suffix])
+            raise SceneError(f"'{path}' {defect}.") if defect else load_error(f"'{path}'", error) from None
+        require_faces(f"'{path}'", scene)
     elif suffix == ".xml" or not path.suffix:
         scene = load(path)
         if scene.class_name() != "Scene":
