@@ -151,3 +151,33 @@ def test_flip_of_a_black_reference(scale):
     """The authors' library finds no exposure for it, and ends the process."""
     assert score.flip(REFERENCE * scale, REFERENCE * scale) == 0
     assert 0.5 < score.flip(IMAGE, REFERENCE * scale) <= 1
+
+
+def test_flip_of_a_dark_reference_is_seen_24_stops_brighter():
+    import flip_evaluator
+
+    image, reference = 1e-8 * IMAGE, 1e-8 * REFERENCE
+    brighter = [(2.0**24 * values).astype(np.float32) for values in (reference, image)]
+    exposures = {"startExposure": 0.0, "stopExposure": 0.0}
+    expected = flip_evaluator.evaluate(*brighter, "HDR", applyMagma=False, parameters=exposures)[1]
+    assert score.flip(image, reference) == pytest.approx(expected, rel=1e-5)
+    assert expected > 0.005
+
+
+def test_trimmed_error_forgets_one_pixel_of_a_small_picture():
+    reference = np.full((5, 5, 3), 0.5)
+    image = reference + 0.01
+    image[2, 3] = 1e6
+    assert score.relative_mse_trimmed(image, reference) == pytest.approx(
+        score.relative_mse(reference + 0.01, reference)
+    )
+
+
+def test_flip_takes_negative_values_as_none():
+    image = IMAGE - 0.5
+    assert image.min() < -0.3
+    assert score.flip(image, REFERENCE) == score.flip(np.maximum(image, 0), REFERENCE)
+
+
+def test_bias_without_any_light_is_none():
+    assert score.bias(IMAGE, np.zeros_like(IMAGE)) == 0

@@ -52,3 +52,13 @@ def square(corner, first, second):
         return dr.select(hit, mi.UInt32(1), mi.UInt32(NOTHING)), mi.Color3f(dr.select(hit, 1.0, 0.0))
 
     return see
+
+
+def form_factor(place, normal, corners):
+    """Return the share of what leaves a place that a polygon receives (Lambert 1760)."""
+    toward = (corners - place) / np.linalg.norm(corners - place, axis=1, keepdims=True)
+    total = 0.0
+    for a, b in zip(toward, np.roll(toward, -1, axis=0), strict=True):
+        across = np.cross(a, b)
+        total += np.arccos(a @ b) * (across / np.linalg.norm(across)) @ normal
+    return abs(total) / (2 * np.pi)

@@ -10,6 +10,7 @@ from tracer.radiosity.guide import Guidance
 from tracer.radiosity.shoot import brightest, shoot
 from tracer.radiosity.solve import solve
 
+from .scenery import form_factor
 from .test_solve import furnace
 
 COMPLEX = Guidance("distinct", 4)
@@ -82,16 +83,6 @@ def triangle(height, facing, emitter=None):
     return mesh
 
 
-def form_factor(place, normal, corners):
-    """Return the share of what leaves a place that a polygon receives (Lambert 1760)."""
-    toward = (corners - place) / np.linalg.norm(corners - place, axis=1, keepdims=True)
-    total = 0.0
-    for a, b in zip(toward, np.roll(toward, -1, axis=0), strict=True):
-        across = np.cross(a, b)
-        total += np.arccos(a @ b) * (across / np.linalg.norm(across)) @ normal
-    return abs(total) / (2 * np.pi)
-
-
 def test_two_patches_exchange_as_the_closed_form_has_it():
     """B1 = E + rho F B2, B2 = rho F B1: F from the middle of a patch to the other, which is how patches see here."""
     patches = cut(mi.load_dict({"type": "scene", "low": triangle(0.0, 1, 2.0), "high": triangle(0.5, -1)}))
@@ -104,6 +95,8 @@ def test_two_patches_exchange_as_the_closed_form_has_it():
     expected = np.array([1.0, 0.6 * factor]) * emitted / (1 - (0.6 * factor) ** 2)
     gathered = solve(patches, 1 << 20, 1e-9).radiosity[:, 0]
     shot = shoot(patches, 1 << 20, 1e-9).radiosity[:, 0]
+    # Over seeds the errors have a standard deviation of 2.5e-5 at most: four comparisons at 4 of them, false alarms
+    # below 1 in 3,000.
     for found in (gathered, shot):
         assert found[[low, 1 - low]] == pytest.approx(expected, rel=1e-4)
 

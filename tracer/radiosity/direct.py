@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.draw import divide
+from tracer.radiosity.gather import sums_of_rays
 from tracer.radiosity.hemisphere import MOST_RAYS
 from tracer.radiosity.lattice import lattice
 from tracer.radiosity.patches import Patches
@@ -51,7 +52,5 @@ def direct_of_patches(patches: Patches, rays: int, seed: int = 0, told: Told = s
         interaction.p = mi.Point3f(place)
         interaction.n = mi.Normal3f(normal)
         light = direct_light(patches.scene, interaction, normal, mi.Point2f(u, v), True)
-        sums = [dr.block_sum(channel, rays) / rays for channel in light]
-        dr.eval(sums)
-        found.append(np.stack([one.numpy() for one in sums], axis=-1))
-    return np.concatenate(found).astype(np.float64)
+        found.append(sums_of_rays(list(light), rays) / rays)
+    return np.concatenate(found)

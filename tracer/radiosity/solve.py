@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from tracer.errors import SceneError, SettingsError
 from tracer.radiosity.direct import Told, direct_of_patches, silent
-from tracer.radiosity.gather import hemisphere_rays, passes
+from tracer.radiosity.gather import hemisphere_rays, passes, sums_of_rays
 from tracer.radiosity.groups import Groups, neighbours
 from tracer.radiosity.guide import Guidance, Guide, division_for, make_guide
 from tracer.radiosity.hemisphere import MOST_RAYS, NOTHING
@@ -125,13 +125,13 @@ def trace(
         told("rays", done, len(patches))
         ray, weight = hemisphere_rays(groups, some, rays, how, seed)
         patch, radiance = dark(ray)
-        sums = [dr.block_sum(channel * weight, rays) for channel in radiance]
+        arriving = [channel * weight for channel in radiance]
         weight /= dr.pi
-        dr.eval(patch, weight, sums)
+        dr.eval(patch, weight, arriving)
         order.append(some)
         hits.append(patch)
         weights.append(weight)
-        around[some] = np.stack([one.numpy() for one in sums], axis=-1)
+        around[some] = sums_of_rays(arriving, rays)
         done += len(some)
     return Traced(rays, np.concatenate(order), hits, weights, around)
 
@@ -178,7 +178,7 @@ def gathered(traced: Traced, radiosity: Floats) -> Floats:
     for channel, values in enumerate(radiosity.T):
         table = upload(mi.Float, values)
         sums = [
-            dr.block_sum(dr.gather(mi.Float, table, hit, hit != NOTHING) * weight, traced.rays).numpy()
+            sums_of_rays([dr.gather(mi.Float, table, hit, hit != NOTHING) * weight], traced.rays)[:, 0]
             for hit, weight in zip(traced.hits, traced.weights, strict=True)
         ]
         found[traced.order, channel] = np.concatenate(sums)
