@@ -23,9 +23,10 @@ def at_once(monkeypatch):
     monkeypatch.setattr("tracer.here.PASS_SIZES", (500, 500, 500))
 
 
-def progress(done=10):
+def progress(done=10, finished=False):
     image = np.full((4, 6, 3), 0.5, np.float32)
-    return Progress(done, 20, 1.0, develop=lambda: image, count=lambda: np.full((4, 6), 3, np.uint32))
+    counts = np.full((4, 6), 3, np.uint32)
+    return Progress(done, 20, 1.0, fraction=done / 20, finished=finished, develop=lambda: image, count=lambda: counts)
 
 
 def test_a_callback_sees_picture_and_counts_as_they_are(cornell, at_once):
@@ -132,11 +133,14 @@ def test_a_notebook_shows_one_display_that_changes(monkeypatch):
 
     monkeypatch.setattr("IPython.display.display", display)
     callback = live.notebook()
-    for done in (10, 20):
-        callback.next = 0.0
+    callback.next = 0.0
+    callback(progress(10))
+    for done in (12, 15, 20):  # all within a second, and none is shown until the end is told
         callback(progress(done))
+    callback(progress(20, finished=True))
     assert len(shown) == 2
-    assert 'value="20"' in shown[1]
+    assert 'value="0.5000" max="1"' in shown[0]
+    assert 'value="1.0000" max="1"' in shown[1]
     assert "data:image/png;base64" in shown[0]
 
 
@@ -150,3 +154,11 @@ def test_what_stops_being_shown_is_logged(at_once, tmp_path, caplog):
     (message,) = [record.getMessage() for record in caplog.records]
     assert str(path) in message
     assert message.endswith("The render goes on without it.")
+
+
+def test_the_end_is_shown_even_of_a_render_that_takes_no_time(cornell, tmp_path):
+    path = tmp_path / "now.png"
+    callback = live.png(path)
+    result = tracer.render(cornell(), spp=4, progress=callback)
+    assert callback.shown == 1
+    assert abs(read_picture(path) - np.clip(result.image, 0, 1)).max() < 0.01

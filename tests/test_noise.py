@@ -7,8 +7,10 @@ from hypothesis import strategies as st
 from scipy import stats
 
 import tracer
+from tracer import objective
 from tracer.frame import PlainFrame
-from tracer.noise import NoiseMeter, bound, within
+from tracer.noise import NoiseMeter, bound, errors, on_screen, seen, within
+from tracer.score import encode_srgb, luminance
 from tracer.settings import make_settings
 
 FRAME = PlainFrame((96, 128), 0, ["R", "G", "B"], 0, (0, 0, 128, 96))
@@ -89,3 +91,143 @@ def test_a_render_stops_when_its_noise_is_low_enough(cornell):
     assert stopped.report.stopped_by == "spp"
     assert stopped.report.converged < 0.9
     assert 1 - stopped.report.converged > 0.05
+
+
+@given(st.floats(0, 3), st.floats(1e-6, 3))
+def test_an_error_on_the_screen_is_that_of_the_curve_and_of_what_it_clips(middle, deviation):
+    expected = np.mean([(encode_srgb(middle + sign * deviation) - encode_srgb(middle)) ** 2 for sign in (-1, 1)]) ** 0.5
+    found = float(on_screen(np.array(middle), np.array(deviation)))
+    assert found == pytest.approx(expected, abs=1e-9)
+    assert found <= 1
+    if deviation < 0.01 * middle < 0.0095:
+        slope = objective.weights("display", middle) ** 0.5
+        assert found == pytest.approx(slope * deviation, rel=0.01)
+
+
+def walk(settings, scale):
+    """Return what a meter says of a picture whose light is multiplied by ``scale``, after two rounds."""
+    random, meter = np.random.default_rng(5), NoiseMeter()
+    truth = random.random((*FRAME.size, 3)) * 1.3
+    for count in (8, 16):
+        stderr = (0.3 * truth / np.sqrt(count) * scale).astype(np.float32)
+        image = ((truth * scale) + stderr * random.normal(size=truth.shape)).astype(np.float32)
+        meter.follow(FRAME, settings, image, stderr, np.full(FRAME.size, count, np.uint32))
+    return meter.look(FRAME, settings, image, stderr)
+
+
+@pytest.mark.parametrize("name", objective.OBJECTIVES)
+@pytest.mark.parametrize("stops", [-6, 3, 13, 40])
+def test_half_the_light_at_one_stop_more_has_the_same_noise(name, stops):
+    bright = walk(make_settings(noise=0.05, objective=name), 1.0)
+    dark = walk(make_settings(noise=0.05, objective=name, exposure=stops), 2.0**-stops)
+    assert dark.error == pytest.approx(bright.error, rel=1e-4)
+    assert dark.converged == pytest.approx(bright.converged, rel=1e-4)
+    assert dark.needed == pytest.approx(bright.needed, rel=1e-3)
+
+
+@pytest.mark.parametrize("name", objective.OBJECTIVES)
+@pytest.mark.parametrize("exposure", [-3.0, 0.0, 3.0])
+def test_an_error_is_seen_as_it_is_measured(name, exposure):
+    """Normal errors of known deviation: the root mean square that is said, against that of the definition."""
+    random = np.random.default_rng(6)
+    radiance = np.repeat(np.array([0.01, 0.1, 0.3, 2.0]) * 2**-exposure, 100_000)
+    deviation = 0.1 * radiance
+    shown = (radiance + deviation * random.normal(size=radiance.shape)) * 2**exposure
+    right = radiance * 2**exposure
+    measured = {
+        "absolute": shown - right,
+        "display": encode_srgb(shown) - encode_srgb(right),
+    }.get(name, (shown - right) / np.sqrt(right**2 + 0.01))
+    root = np.sqrt(np.mean(measured.reshape(4, -1) ** 2, axis=1))
+    said = seen(name, exposure, radiance, deviation).reshape(4, -1)[:, 0]
+    assert said == pytest.approx(root, rel=0.03, abs=1e-6)
+
+
+def test_alpha_counts_as_cover_beside_the_colours():
+    frame = PlainFrame((1, 3), 0, ["R", "G", "B", "A", "depth.T"], 0, (0, 0, 3, 1))
+    image = np.ones((1, 3, 5), np.float32)
+    deviation = np.zeros((1, 3, 5), np.float32)
+    deviation[0, 0, :3], deviation[0, 1, 3], deviation[0, 2, 4] = 0.2, -0.3, 9.0  # colour, alpha, an AOV
+    for exposure in (0.0, 3.0):
+        settings = make_settings(noise=0.1, objective="absolute", exposure=exposure)
+        assert errors(frame, settings, image, deviation) == pytest.approx(np.array([[0.2 * 2**exposure, 0.3, 0.0]]))
+    denoising = make_settings(objective="absolute")
+    assert errors(frame, denoising, image, deviation) == pytest.approx(np.array([[0.2, 0.0, 0.0]]))
+
+
+def fence():
+    """Return a scene of black slats before nothing: black everywhere, and alpha at their edges."""
+    import mitsuba as mi
+
+    up = mi.ScalarTransform4f()
+    slats = {
+        f"slat{k}": {
+            "type": "rectangle",
+            "to_world": up.rotate([0, 0, 1], 8).translate([k / 4, 0, 0]).scale([0.06, 3, 1]),
+            "bsdf": {"type": "diffuse", "reflectance": 0.0},
+        }
+        for k in range(-6, 7)
+    }
+    film = {"type": "hdrfilm", "width": 32, "height": 32, "pixel_format": "rgba"}
+    camera = up.look_at([0, 0, 4], [0, 0, 0], [0, 1, 0])
+    sensor = {"type": "perspective", "fov": 35, "to_world": camera, "film": film}
+    return {"type": "scene", "integrator": {"type": "path"}, "sensor": sensor, **slats}
+
+
+def test_a_picture_in_which_only_alpha_varies_is_rendered_until_alpha_is_known():
+    reference = tracer.render(fence(), spp=1024, criterion="uniform", seed=9).image
+    assert reference[..., :3].max() == 0
+    result = tracer.render(fence(), noise=0.01, spp=1024, seed=1)
+    error = np.quantile(abs(result.image - reference)[..., 3], 0.95)
+    assert result.report.stopped_by == "noise"
+    assert result.samples.mean() > 16
+    assert error <= result.report.noise <= 0.01
+
+
+def dim(scene, stops):
+    """Return a Cornell box whose lamp is weaker by some stops."""
+    radiance = scene["light"]["emitter"]["radiance"]
+    scene["light"]["emitter"]["radiance"] = radiance | {"value": [value * 2.0**-stops for value in radiance["value"]]}
+    return scene
+
+
+@pytest.mark.parametrize("name", objective.OBJECTIVES[:3])
+def test_a_dark_scene_brightened_is_the_bright_one(cornell, name):
+    settings = {"size": 32, "seed": 1, "noise": 0.06, "spp": 256, "objective": name}
+    bright = tracer.render(cornell(), **settings)
+    dark = tracer.render(dim(cornell(), 13), exposure=13, **settings)
+    assert dark.image * 2**13 == pytest.approx(bright.image, rel=1e-3, abs=1e-4)
+    assert np.array_equal(dark.samples, bright.samples)
+    assert dark.report.noise == pytest.approx(bright.report.noise, rel=1e-3)
+
+
+@pytest.fixture(scope="module")
+def cornell_reference():
+    """Return a Cornell box and the picture of many samples of it."""
+    import mitsuba as mi
+
+    scene = mi.cornell_box()
+    scene["sensor"]["film"] |= {"width": 48, "height": 48}
+    return scene, tracer.render(scene, spp=8192, criterion="uniform", seed=99).image
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("exposure", [-3.0, 0.0, 3.0])
+@pytest.mark.parametrize("name", objective.OBJECTIVES)
+def test_as_many_pixels_as_are_said_keep_within_what_is_said(cornell_reference, name, exposure):
+    """What is said is an estimate: the median of five seeds is to be four fifths of what is measured, or more."""
+    shown = {"objective": name, "exposure": exposure}
+    scene, radiance = cornell_reference
+    reference = radiance * 2**exposure
+    target = 0.05 * (2**exposure if name == "absolute" else 1)
+    ratios = []
+    for seed in range(5):
+        result = tracer.render(scene, noise=target, spp=512, seed=seed, **shown)
+        image = result.image * 2**exposure
+        if name == "display":
+            error = np.sqrt(np.mean((encode_srgb(image) - encode_srgb(reference)) ** 2, axis=-1))
+        else:
+            error = np.sqrt(np.mean((image - reference) ** 2, axis=-1))
+            error /= 1.0 if name == "absolute" else np.sqrt(luminance(reference) ** 2 + 0.01)
+        ratios.append(result.report.noise / np.quantile(error, 0.95))
+    assert np.median(ratios) > 0.8, ratios

@@ -1,7 +1,9 @@
-"""Weights of the three errors."""
+"""Weights of the errors: their definitions, at every exposure."""
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from tracer import objective
 from tracer.score import encode_srgb
@@ -20,10 +22,38 @@ def test_display_is_the_squared_slope_of_the_curve_and_zero_where_it_clips():
     assert objective.weights("display", [1.0, 20.0]) == pytest.approx([0, 0])
 
 
+ERRORS = {  # of a pixel that is seen as ``shown`` where ``right`` would be, by their definitions
+    "absolute": lambda shown, right: shown - right,
+    "relative": lambda shown, right: (shown - right) / np.sqrt(right**2 + 0.01),
+    "display": lambda shown, right: encode_srgb(shown) - encode_srgb(right),
+    "denoised": lambda shown, right: (shown - right) / np.sqrt(right**2 + 0.01),
+}
+
+
 @pytest.mark.parametrize("name", objective.OBJECTIVES)
-def test_exposure_brightens_before_anything_else(name):
-    luminance = np.array([0.001, 0.1, 0.4, 3.0])
-    assert objective.weights(name, luminance, 2.0) == pytest.approx(objective.weights(name, 4 * luminance))
+@pytest.mark.parametrize("exposure", [-3.0, 0.0, 3.0, 13.29])
+def test_a_weight_is_the_squared_error_of_the_exposed_picture_over_that_of_the_radiance(name, exposure):
+    luminance = np.array([0.001, 0.1, 0.4, 0.9, 3.0]) / 2**exposure
+    step = 1e-6 * luminance
+    error = ERRORS[name]((luminance + step) * 2**exposure, luminance * 2**exposure)
+    assert objective.weights(name, luminance, exposure) == pytest.approx((error / step) ** 2, rel=1e-4)
+
+
+@given(st.sampled_from(objective.OBJECTIVES), st.floats(1e-6, 1e3), st.integers(-20, 20), st.floats(-5, 5))
+def test_half_the_light_at_one_stop_more_is_the_same_error(name, luminance, stops, exposure):
+    bright = objective.weights(name, [luminance], exposure)
+    dark = objective.weights(name, [luminance * 2.0**-stops], exposure + stops)
+    assert dark * 4.0**-stops == pytest.approx(bright, rel=1e-9)
+
+
+@given(st.lists(st.floats(0, 1e300), min_size=1), st.integers(-900, 0))
+def test_shares_do_not_see_a_scale_and_fit_float32(values, exponent):
+    weights = np.ldexp(np.array(values), exponent)
+    scaled = objective.without_scale(weights)
+    assert np.all(np.isfinite(scaled.astype(np.float32)))
+    if weights.max() > 1e-300:
+        assert 0.5 <= scaled.max() < 1
+        assert np.outer(scaled, weights) == pytest.approx(np.outer(weights, scaled), rel=1e-12)
 
 
 def test_negative_luminance_is_black():

@@ -11,6 +11,7 @@ from scipy.ndimage import uniform_filter
 from tracer import budget
 from tracer.criteria import Criterion, Evidence
 from tracer.estimate import Statistics
+from tracer.quantities import mean_count
 from tracer.settings import Settings
 
 Floats = NDArray[np.float64]
@@ -76,8 +77,9 @@ def decide(
         if evidence.statistics.count.max() < 2:  # of one sample nobody knows the deviation
             return Decision(share_out(evidence.wanted, evidence.wanted, settings, now, True, generator))
         if gain < 1 + overhead:
+            so_far = mean_count(now.drawn.mean())
             note = (
-                f"Uniform beyond {now.drawn.mean():.3g} samples per pixel: to adapt the rest would gain a factor of "
+                f"Uniform beyond {so_far} samples per pixel: to adapt the rest would gain a factor of "
                 f"{gain:.3f}, to decide so would cost one of {1 + overhead:.3f}."
             )
             now = replace(now, goal=now.total) if now.may_settle else now

@@ -47,6 +47,11 @@ class Frame:
         """How many of the channels, from the first, are colour: what decisions look at."""
         return 3 if self.channels[0] in "RX" else 1
 
+    @property
+    def has_alpha(self) -> bool:
+        """Whether the channel after the colours is alpha."""
+        return self.channels[self.colour_channels : self.colour_channels + 1] == ["A"]
+
     def luminance(self, image: NDArray) -> NDArray:
         """Return the luminance (H, W) of an image (H, W, C) in these channels."""
         if self.channels[0] == "X":

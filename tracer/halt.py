@@ -37,7 +37,7 @@ class Clock:
     def __init__(self, limit: float | None, started: float, frame: Frame) -> None:
         """``started``: value of ``time.perf_counter()`` from which ``limit`` seconds count."""
         reserve = SECONDS_TO_END + SECONDS_PER_PIXEL * frame.pixel_count
-        self.end = None if limit is None else started + limit - reserve
+        self.began, self.end = started, None if limit is None else started + limit - reserve
         self.last = time.perf_counter()
         self.first = True
         self.pass_seconds = 0.0
@@ -65,9 +65,18 @@ class Clock:
 
     def samples_left(self) -> float:
         """Return how many samples fit in the time that is left."""
+        left = self.seconds_left()
+        return left if left == float("inf") else left * self.samples / max(self.seconds, 1e-9)
+
+    def seconds_left(self) -> float:
+        """Return the seconds that are left for drawing."""
+        return float("inf") if self.end is None else max(self.end - time.perf_counter(), 0.0)
+
+    def share_over(self) -> float:
+        """Return the part of the time that is over, 0 to 1; 0 where it is not limited."""
         if self.end is None:
-            return float("inf")
-        return max(self.end - time.perf_counter(), 0.0) * self.samples / max(self.seconds, 1e-9)
+            return 0.0
+        return min(max(time.perf_counter() - self.began, 0.0) / max(self.end - self.began, 1e-9), 1.0)
 
     def is_over(self) -> bool:
         """Return whether there is no time for another pass."""
@@ -78,14 +87,16 @@ def next_goal(
     goals: Sequence[int], done: int, settings: Settings, noise: Noise | None, clock: Clock
 ) -> tuple[int | None, Reason | None]:
     """Return the samples that there are to be after the next round, or None and why there is none."""
-    goal = next((each for each in goals if each > done), None)
-    if goal is None:
-        return None, "spp"
+    goal = next((goal for goal in goals if goal > done), None)
+    needed = float("inf")
     early = done * settings.spp < LEAST_SPP * goals[-1]
     if settings.noise is not None and noise is not None and noise.measured and not early:
         if noise.error <= settings.noise:
             return None, "noise"
-        goal = min(goal, round(done * max(MARGIN * noise.needed, LEAST_GROWTH)))
+        needed = done * max(MARGIN * noise.needed, LEAST_GROWTH)
+    if goal is None:
+        return None, "spp"
+    goal = min(goal, round(min(needed, goals[-1])))
     if settings.time is not None and done > 0:
         left = clock.samples_left()
         if left < WORTHWHILE * done:

@@ -38,11 +38,13 @@ class Occasional:
         self.show, self.close = show, close
         self.next = time.perf_counter() + LEAST_SECONDS
         self.shown = 0
+        self.closed = False
+        """Whether what it shows on is gone."""
 
     def __call__(self, progress: Progress) -> None:
         """Show, if it is time, or all is done."""
         start = time.perf_counter()
-        if start < self.next:
+        if self.closed or (start < self.next and not progress.finished):
             return
         self.show(progress)
         self.shown += 1
@@ -61,7 +63,7 @@ def png(path: Path) -> Occasional:
         try:
             files.write_png(path, display(progress.image))
         except OutputError as error:
-            callback.next = float("inf")  # a picture of progress is not worth the render
+            callback.closed = True  # a picture of progress is not worth the render
             logger.warning("%s The render goes on without it.", error)
 
     callback = Occasional(show)
@@ -100,7 +102,7 @@ def tev(name: str, address: str = "") -> Occasional:
                 created.append(name)
             client.update_image(name, values, channels)
         except OSError as error:
-            callback.next = float("inf")
+            callback.closed = True  # the viewer, too, may be gone
             logger.warning("tev does not answer any more (%s). The render goes on without it.", error)
 
     callback = Occasional(show, lambda: client.__exit__(None, None, None))
@@ -126,11 +128,10 @@ def notebook() -> ProgressCallback:
 
 def html(progress: Progress, image: NDArray) -> str:
     """Return a bar, a line of text and the picture as HTML."""
-    left = "" if progress.remaining is None else f", {progress.remaining:.0f} s left"
-    converged = "" if progress.converged is None else f", {100 * progress.converged:.0f} % converged"
+    left = "" if progress.remaining is None or progress.finished else f", {progress.remaining:.0f} s left"
     return (
-        f'<div><progress value="{progress.done}" max="{progress.total}" style="width:100%"></progress>'
-        f"<p>{progress.done / 1e6:.1f} of {progress.total / 1e6:.1f} M samples{converged}{left}</p>"
+        f'<div><progress value="{progress.fraction:.4f}" max="1" style="width:100%"></progress>'
+        f"<p>{progress.in_words()}{left}</p>"
         f'<img src="data:image/png;base64,{as_png(display(image))}"></div>'
     )
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from contextlib import closing, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import drjit as dr
@@ -25,7 +25,7 @@ from tracer.halt import Clock, next_goal
 from tracer.here import Drawer, Here
 from tracer.leftover import Leftover
 from tracer.noise import Noise
-from tracer.progress import Progress, ProgressCallback
+from tracer.progress import Course, Progress, ProgressCallback
 from tracer.result import Report, Result, Round
 from tracer.rounds import GROWTH, PRIORITY_GROWTH, round_goals
 from tracer.scene import View
@@ -107,6 +107,7 @@ class Rendering:
         self.left: NDArray[np.float64] | float = 1.0
         """Share of each pixel's noise that denoising is expected to leave."""
         self.noise: Noise | None = None
+        self.course = Course(self.clock, self.total, view.pixel_count)
 
     @property
     def estimate(self) -> Estimate:
@@ -143,7 +144,7 @@ class Rendering:
             return "Nothing is kept: name a checkpoint to go on from."
         with suppress(ClusterError):  # sums that are lost: the sentence says how many the file has
             self.keeper.save(self.state)
-        return self.keeper.in_words(self.total)
+        return self.keeper.in_words(self.progress().total)
 
     def run_rounds(self) -> None:
         """Run all rounds, or those that are missing."""
@@ -239,12 +240,16 @@ class Rendering:
         return decision
 
     def weight(self, known: Statistics | None) -> NDArray[np.float64]:
-        """Return the objective's weight of each pixel, from a mean smoothed as the film's filter will smooth it."""
+        """Return the objective's weight of each pixel (grid), up to a factor that all of them share.
+
+        It is that of the mean, smoothed as the film's filter will smooth it.
+        """
         if known is None:
             return np.ones(self.view.grid)
         brightness = self.view.luminance(known.mean)
         smooth = gaussian_filter(brightness, 1.0, mode="nearest")
-        return objective.weights(self.settings.objective, smooth, self.settings.exposure) * self.left
+        weights = objective.weights(self.settings.objective, smooth, self.settings.exposure)
+        return objective.without_scale(weights) * self.left
 
     def draw_round(self) -> None:
         """Draw what the allocation has beyond what is drawn, pass by pass."""
@@ -291,25 +296,15 @@ class Rendering:
         if anew:
             self.state.meter.follow(self.view, self.settings, image, stderr, count)
         self.noise = self.state.meter.look(self.view, self.settings, image, stderr)
+        if self.settings.noise is not None:
+            self.course.measured(self.noise, self.state.done)
 
     def go_on(self, finished: bool) -> bool:
         """Tell the caller of progress; return whether to continue with this round, or with what follows it."""
         state = self.state
         if self.keeper is not None and not finished:
             self.keeper.save_if_due(state)
-        expected = min(self.total, state.done * (self.noise.needed if self.noise else np.inf))
-        left = self.clock.seconds_for(max(expected, state.done) - state.done)
-        now = Progress(
-            done=state.done,
-            total=round(max(expected, state.done)),
-            seconds=time.perf_counter() - self.start,
-            remaining=left,
-            noise=self.noise.error if self.noise else None,
-            converged=self.noise.converged if self.noise else None,
-            develop=lambda: self.estimate.develop()[0],
-            count=self.estimate.samples,
-        )
-        if self.tell(now) is False and state.done < self.total:
+        if self.tell(self.progress()) is False and state.done < self.total:
             self.report.stopped_by = "person"
         elif not finished and self.clock.is_over() and len(state.rounds) > 0:
             self.report.stopped_by = "time"
@@ -321,6 +316,32 @@ class Rendering:
             return None
         with threads.for_files():
             return self.terms.progress(now)
+
+    def progress(self) -> Progress:
+        """Return how far the render is."""
+        state, done = self.state, self.state.done
+        ends_with = 0 if state.allocation is None else int(state.allocation.sum(dtype=np.int64))
+        goal = max(done, state.held_out_samples + ends_with)
+        noise = self.noise if self.settings.noise is not None else None
+        return Progress(
+            done=done,
+            total=self.course.expected(done, goal),
+            seconds=time.perf_counter() - self.start,
+            remaining=self.course.seconds_left(done, goal),
+            noise=noise.error if noise else None,
+            converged=noise.converged if noise else None,
+            fraction=self.course.fraction(done, goal),
+            is_open=self.settings.is_open,
+            develop=lambda: self.estimate.develop()[0],
+            count=self.estimate.samples,
+        )
+
+    def tell_the_end(self, image: NDArray[np.float32], count: NDArray[np.uint32]) -> None:
+        """Tell the caller of the picture as it is at the end."""
+        now = replace(self.progress(), remaining=0.0, finished=True, develop=lambda: image, count=lambda: count)
+        if self.report.complete:
+            now = replace(now, total=now.done, fraction=1.0)
+        self.tell(now)
 
     def develop(self) -> Result:
         """Return the picture and all that is known about it."""
@@ -335,6 +356,8 @@ class Rendering:
             report.note("Not unbiased, as it was stopped: the samples that decided are in the picture.")
         image, stderr = self.timed("seconds_statistics", self.estimate.develop)
         statistics = self.estimate.statistics()
+        if self.noise is not None:  # the last round may have been cut short
+            self.noise = state.meter.look(self.view, self.settings, image, stderr)
         entropy = self.look().shape_entropy if state.looked else None
         drawn = self.view, self.sampler, self.settings.seed
         seen = self.timed("seconds_features", see, *drawn, statistics.count) if self.terms.features else None
@@ -344,10 +367,11 @@ class Rendering:
             found = image, stderr, statistics, state.meter.scale
             image = self.timed("seconds_denoising", without_noise, *drawn, *found)
         report.elsewhere = self.drawer.describe()
-        report.describe(self.view, statistics, state.done, self.total, self.noise)
+        report.describe(self.view, statistics, state.done, self.noise)
         if not self.view.scene.emitters() and not np.any(image[..., : self.view.colour_channels]):
             report.note("The picture is black, as the scene has no emitter: add a light, or something that shines.")
         inner = self.view.inner
+        self.tell_the_end(image, statistics.count[inner])
         return Result(
             image=image,
             samples=statistics.count[inner],

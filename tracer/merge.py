@@ -90,7 +90,7 @@ def picture(total: Estimate, whole: Checkpoint, seconds: float) -> Result:
     report.note(f"Merged: {'; '.join(whole.sources)}.")
     if absent := missing(whole.sources):
         report.note(absent)
-    report.describe(frame, statistics, whole.plain["done"], whole.plain["done"], None)
+    report.describe(frame, statistics, whole.plain["done"], None)
     nothing = np.zeros(frame.size, np.float32)
     return Result(
         image=image,

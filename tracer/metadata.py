@@ -11,14 +11,19 @@ from tracer.version import version
 
 
 def metadata(result: Result, scene_hash: str) -> dict[str, Any]:
-    """Return version, scene, settings and outcome as plain values."""
+    """Return version, scene, settings and outcome as plain values.
+
+    ``spp`` is what was drawn, samples a pixel; ``spp_at_most`` what a noise target or a limit of time could have made
+    of it, or what was asked for where there is neither.
+    """
     settings = result.report.settings
     return {
         "version": version(),
         "mitsuba": mi.__version__,
         "variant": mi.variant(),
         "scene_hash": scene_hash,
-        "spp": settings.spp,
+        "spp": result.report.spp,
+        "spp_at_most": settings.spp,
         "seed": settings.seed,
         "criterion": settings.criterion,
         "objective": settings.objective,

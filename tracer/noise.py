@@ -1,8 +1,10 @@
 """How noisy a picture still is: the error that a stated share of its pixels keeps within.
 
-The error of a pixel is the root of the objective's weight times the squared error, mean over colour channels. For
-``relative`` it is the part of the pixel's brightness by which it is off (of 0.1 where it is darker), for ``display`` a
-difference on an sRGB screen from 0 to 1, for ``absolute`` radiance.
+The error of a pixel is that of the picture as ``exposure`` shows it. For ``relative`` it is the part of the pixel's
+brightness by which it is off (of 0.1 where it is darker), for ``display`` a difference on an sRGB screen from 0 to 1,
+for ``absolute`` radiance times 2^exposure; ``denoised`` is judged as ``relative``, before anything is denoised. Over
+colour channels it is the root of the mean square. Where the picture has alpha, that is judged as well, as the part of
+full cover by which it is off, whatever the exposure: a pixel is off by the larger of both. AOVs are not judged.
 
 Two sources. The standard errors say how errors are distributed over the picture, but a stratified sequence errs less
 than they say, and rare light errs by more. How far the picture moved in the last round is a measurement: while counts
@@ -22,6 +24,7 @@ from scipy.special import erf
 
 from tracer import objective
 from tracer.frame import Frame
+from tracer.score import encode_srgb
 from tracer.settings import Settings
 
 Floats = NDArray[np.float64]
@@ -73,11 +76,10 @@ class NoiseMeter:
     ) -> None:
         """Take in the picture (H, W, C) after a round, with its standard errors and counts (H, W)."""
         if self.image is not None and self.count is not None:
-            root = root_of_weights(frame, settings, image)
-            moved = self.some(root * root_mean_square(image - self.image, frame))
+            moved = self.some(errors(frame, settings, image, image - self.image))
             now, before = (uniform_filter(each.astype(np.float64), 3, mode="nearest") for each in (count, self.count))
             growth = np.maximum(now / np.maximum(before, 1e-9) - 1.0, 0.0)
-            expected = self.some(root * root_mean_square(stderr, frame) * np.sqrt(growth))
+            expected = self.some(errors(frame, settings, image, stderr * np.sqrt(growth)[..., None]))
             most = bound(expected, settings.noise_share)
             factor = float(np.quantile(moved, settings.noise_share)) / most if most > 0 else 1.0
             trend = factor / self.factor if self.factor else 1.0
@@ -87,7 +89,7 @@ class NoiseMeter:
     def look(self, frame: Frame, settings: Settings, image: NDArray[np.float32], stderr: NDArray[np.float32]) -> Noise:
         """Return the noise of a picture (H, W, C) with its standard errors."""
         scale = 1.0 if self.scale is None else self.scale
-        deviation = scale * self.some(root_of_weights(frame, settings, image) * root_mean_square(stderr, frame))
+        deviation = scale * self.some(errors(frame, settings, image, stderr))
         error, target = bound(deviation, settings.noise_share), settings.noise
         converged, needed = (None, 1.0) if target is None else (within(deviation, target), (error / target) ** 2)
         return Noise(error, converged, max(needed, 1.0), self.scale is not None)
@@ -98,12 +100,37 @@ class NoiseMeter:
         return those[:: (those.size // LOOKED_AT) | 1]  # odd, or it would see a few columns only
 
 
-def root_of_weights(frame: Frame, settings: Settings, image: NDArray[np.float32]) -> Floats:
-    """Return the root of the objective's weight of each pixel of a picture (H, W)."""
-    return np.sqrt(objective.weights(settings.objective, frame.luminance(image), settings.exposure))
+def errors(frame: Frame, settings: Settings, image: NDArray, deviation: NDArray) -> Floats:
+    """Return by how much each pixel (H, W) of a picture is off if its channels are by ``deviation``, both (H, W, C).
+
+    Alpha is left out where there is no noise target, as then the error is asked for to denoise colours.
+    """
+    luminance, colour = frame.luminance(image), root_mean_square(deviation, frame)
+    off = seen(settings.objective, settings.exposure, luminance, colour)
+    if settings.noise is None or not frame.has_alpha:
+        return off
+    return np.maximum(off, np.abs(deviation[..., frame.colour_channels]))
 
 
-def root_mean_square(values: NDArray[np.float32], frame: Frame) -> Floats:
+def seen(name: str, exposure: float, luminance: NDArray, deviation: NDArray) -> Floats:
+    """Return the error of an objective at an exposure of pixels of mean luminance L that are off by s, (H, W) both."""
+    if name == "display":
+        return on_screen(luminance * 2.0**exposure, deviation * 2.0**exposure)
+    return np.sqrt(objective.weights(name, luminance, exposure)) * deviation
+
+
+def on_screen(luminance: NDArray, deviation: NDArray) -> Floats:
+    """Return the root mean square of how far L - s and L + s are from L on an sRGB screen, which clips.
+
+    The slope of the curve at L alone would be 13 times s in the dark, however large s is, and nothing where L is white
+    but L - s is not.
+    """
+    middle = encode_srgb(luminance)
+    apart = [encode_srgb(luminance + sign * deviation) - middle for sign in (-1, 1)]
+    return np.sqrt(0.5 * (apart[0] ** 2 + apart[1] ** 2))
+
+
+def root_mean_square(values: NDArray, frame: Frame) -> Floats:
     """Return the root of the mean square over colour channels (H, W)."""
     return np.sqrt(np.mean(np.square(values[..., : frame.colour_channels], dtype=np.float64), axis=-1))
 

@@ -14,6 +14,7 @@ from tracer.finish import Seen  # not for types alone: Dr.Jit looks up the hints
 from tracer.frame import Frame, PlainFrame
 from tracer.halt import Reason
 from tracer.noise import Noise
+from tracer.quantities import mean_count
 from tracer.settings import Settings
 
 if TYPE_CHECKING:
@@ -43,8 +44,11 @@ class Report:
     """Sentences about files that could not be written while the render went on, such as its checkpoint."""
     stopped_by: Reason | None = None
     """What ended the render: its budget (spp), the noise target, the time, or a person. None while it goes on."""
+    spp: float = 0.0
+    """Mean samples per pixel that were drawn, those that only decided, or were not finite, too; what was asked for, or
+    may be drawn at most, is in ``settings``."""
     noise: float | None = None
-    """Error that ``noise_share`` of the pixels are estimated to keep within; None if it was not asked for."""
+    """Error that ``noise_share`` of the pixels are estimated to keep within; None without a noise target."""
     converged: float | None = None
     """Share of the pixels that are estimated to be within the noise target; None without one."""
     pixels_at_most: int = 0
@@ -73,8 +77,8 @@ class Report:
         if text not in self.notes and (not once or not any(note.startswith(once) for note in self.notes)):
             self.notes.append(text)
 
-    def describe(self, frame: Frame, statistics: Statistics, done: int, total: int, noise: Noise | None) -> None:
-        """Say what became of the pixels of the image."""
+    def describe(self, frame: Frame, statistics: Statistics, done: int, noise: Noise | None) -> None:
+        """Say what became of the pixels of the image; ``done``: samples that were drawn."""
         count, invalid = (each[frame.inner] for each in (statistics.count, statistics.invalid))
         lost = int(statistics.invalid.sum())
         if lost:
@@ -82,11 +86,13 @@ class Report:
                 f"{lost} samples in {np.count_nonzero(statistics.invalid)} pixels were not finite and are left out"
                 f"{empty_pixels((count == 0) & (invalid > 0))}."
             )
+        self.spp = done / frame.pixel_count
         if not self.complete:
-            self.note(f"Stopped after {done} of {total} samples.")
+            most = f"at most {self.settings.spp}" if self.settings.is_open else self.settings.spp
+            self.note(f"Stopped after {mean_count(self.spp)} samples per pixel, of {most}.")
         self.pixels_at_most = int(np.count_nonzero(count + invalid >= self.settings.most_samples))
         self.histogram = histogram(count)
-        if noise is not None:
+        if noise is not None and self.settings.noise is not None:
             self.noise, self.converged = noise.error, noise.converged
 
     def as_dict(self) -> dict[str, Any]:
@@ -146,7 +152,7 @@ class Result:
             f'<figure style="display:inline-block;margin:4px"><img src="data:image/png;base64,{data}">'
             f"<figcaption>{caption}</figcaption></figure>"
             for caption, data in (
-                (f"{self.report.settings.spp} spp, {self.seconds:.1f} s", as_png(display(self.rgb))),
+                (f"{mean_count(self.report.spp)} spp, {self.seconds:.1f} s", as_png(display(self.rgb))),
                 (f"samples per pixel, {self.samples.min()} to {self.samples.max()}", as_png(heat(self.samples))),
             )
         )

@@ -4,31 +4,42 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from datetime import timedelta
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, Task, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.text import Text
 
 from tracer.cli.signals import stopping
 from tracer.progress import Progress as Passed
+
+
+class TimeLeft(TimeRemainingColumn):
+    """The seconds that whoever does the work expects; else those that the bar's own pace lets expect."""
+
+    def render(self, task: Task) -> Text:
+        """Return the time as 0:01:23."""
+        left = task.fields.get("left")
+        return super().render(task) if left is None else Text(str(timedelta(seconds=round(left))))
 
 
 class Steps:
     """A bar for work in named steps; calling it moves the bar, and returns False once the work should stop."""
 
     def __init__(self, quiet: bool, stopped: Callable[[], bool]) -> None:
-        columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+        columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeLeft())
         console = Console(stderr=True)
         self.bar = Progress(*columns, console=console, disable=quiet or not console.is_terminal, transient=True)
         self.task = self.bar.add_task("", total=None)
         self.stopped = stopped
 
-    def __call__(self, description: str, done: int, total: int) -> bool:
-        """Show that ``done`` of ``total`` steps are done."""
+    def __call__(self, description: str, done: float, total: float, left: float | None = None) -> bool:
+        """Show that ``done`` of ``total`` steps are done; ``left``: seconds to the end, if that is known better."""
         if not self.bar.live.is_started:
             self.bar.start()  # not before: a mistake found while loading is then the only thing printed
         if done < self.bar.tasks[0].completed:
             self.bar.reset(self.task)
-        self.bar.update(self.task, description=description, completed=done, total=total)
+        self.bar.update(self.task, description=description, completed=done, total=total, left=left)
         return not self.stopped()
 
     def clear(self) -> None:
@@ -44,11 +55,8 @@ class Watch:
         self.title, self.step, self.clear = title, step, step.clear
 
     def __call__(self, progress: Passed) -> bool:
-        """Show samples done and expected."""
-        text = f"{self.title}: {progress.done / 1e6:.1f} of {progress.total / 1e6:.1f} M samples"
-        if progress.converged is not None:
-            text += f", {100 * progress.converged:.0f} % converged"
-        return self.step(text, progress.done, progress.total)
+        """Show how far it is."""
+        return self.step(f"{self.title}: {progress.in_words()}", progress.fraction, 1.0, progress.remaining)
 
 
 @contextmanager

@@ -169,12 +169,14 @@ def summary(result: Any) -> dict[str, Any]:
 
 def in_words(result: Any) -> str:
     """Return a line about a picture."""
+    from tracer.quantities import mean_count, percent
+
     report = result.report
     height, width = result.image.shape[:2]
     text = f"{width} x {height}, {result.samples.min()} to {result.samples.max()} samples per pixel"
-    text += f" ({result.samples.mean():.3g} on average), {result.seconds:.1f} s"
+    text += f" ({mean_count(result.samples.mean())} on average), {result.seconds:.1f} s"
     if report.converged is not None:
-        text += f"; {100 * report.converged:.1f} % converged"
+        text += f"; {percent(report.converged, 1)} % converged"
         text += f" ({100 * report.settings.noise_share:g} % within {report.noise:.3g})"
     if report.pixels_at_most:
         text += f"; {report.pixels_at_most} pixels have the most samples"

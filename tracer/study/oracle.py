@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import gaussian_filter
 
 from tracer import budget, objective, score
+from tracer.noise import on_screen
 from tracer.study.truth import Truth
 
 LEAST_LIMIT = 1.1
@@ -84,8 +85,7 @@ def allocation(truth: Truth, name: str, spp: float, by: str, least: float = 1.0)
 
 def secant(luminance: Floats, noise: Floats) -> Floats:
     """Return the mean squared slope of the sRGB curve between L and L - s, and L and L + s, with clipping."""
-    steps = [score.encode_srgb(luminance + sign * noise) - score.encode_srgb(luminance) for sign in (-1, 1)]
-    squared = 0.5 * (steps[0] ** 2 + steps[1] ** 2)
+    squared = on_screen(luminance, noise) ** 2
     return np.divide(squared, noise**2, out=np.zeros_like(squared), where=noise > 0)
 
 
