@@ -48,7 +48,8 @@ class Settings(BaseModel):
     Relative, as the eye sees ratios, and as a picture of high dynamic range is looked at with exposures that are not
     known yet; display if the exposure is."""
     exposure: float = Field(0.0, ge=-64, le=64)
-    """Stops by which the picture will be brightened before it is looked at: what is too dark or clips needs less."""
+    """Stops by which the picture will be brightened before it is looked at: what is too dark or clips needs less. The
+    noise target, of every objective, is one of the brightened picture."""
     pilot_spp: int | None = Field(None, ge=1)
     """Rays per pixel that look first: ID rays, and samples of the first round. None: 4; when unbiased, 2 to 8."""
     min_spp: int | None = Field(None, ge=1)
