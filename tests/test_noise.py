@@ -70,6 +70,28 @@ def test_pixels_that_do_not_matter_do_not_count():
     assert every.error > 5 * some.error
 
 
+def test_a_short_round_is_measured_together_with_the_next():
+    """From 16 to 17 samples a few pixels move; what was known of the others stays, until there is more to see."""
+    random = np.random.default_rng(7)
+    samples = [random.normal(size=(*FRAME.size, 3)) for _ in range(32)]
+
+    def follow(meter, *counts):
+        for count in counts:
+            image = np.mean(samples[:count], axis=0).astype(np.float32)
+            stderr = np.full(image.shape, 1 / np.sqrt(count), np.float32)
+            meter.follow(FRAME, ABSOLUTE, image, stderr, np.full(FRAME.size, count, np.uint32))
+        return meter
+
+    meter = follow(NoiseMeter(), 8, 16)
+    image, factor, scale = meter.image, meter.factor, meter.scale
+    still = image.copy()
+    still[0] += 0.01  # one row in 96 has moved
+    meter.follow(FRAME, ABSOLUTE, still, np.full_like(image, 0.25), np.full(FRAME.size, 17, np.uint32))
+    assert (meter.factor, meter.scale) == (factor, scale)
+    assert meter.image is image
+    assert follow(meter, 17, 32).factor == pytest.approx(factor, rel=0.1)
+
+
 def test_rare_light_that_is_being_discovered_is_expected_to_go_on():
     meter = NoiseMeter(factor=0.2)
     image = np.zeros((*FRAME.size, 3), np.float32)
