@@ -7,7 +7,7 @@ colour channels it is the root of the mean square. Where the picture has alpha, 
 full cover by which it is off, whatever the exposure: a pixel is off by the larger of both. AOVs are not judged.
 
 Two sources. The standard errors say how errors are distributed over the picture, but a stratified sequence errs less
-than they say, and rare light errs by more. How far the picture moved in the last round is a measurement: while counts
+than they say, and rare light errs by more. How far the picture moved in a round is a measurement: while counts
 double, the mean moves by as much, in standard deviation, as it is still off. So the quantile that standard errors
 predict for the move is compared with that of the move itself, and the ratio carried over to what is left. A ratio that
 rises from round to round, as when rare light is being discovered, is taken to go on rising.
