@@ -19,6 +19,7 @@ from tracer import objective
 from tracer.denoise import denoise
 from tracer.estimate import Statistics
 from tracer.features import Features, draw_features
+from tracer.outliers import find_outliers, own_errors, taken_out
 from tracer.scene import View
 
 Floats = NDArray[np.float64]
@@ -57,6 +58,10 @@ class Leftover:
         if self.features is None:
             counts = np.full(self.view.grid, RAYS, np.uint32)  # whenever they are drawn, the same
             self.features = draw_features(self.view, self.sampler, self.seed, counts, RAYS, filtered=False)
-        mean = self.view.rgb(known.mean[self.view.inner])
-        self.last = known, denoise(mean, self.features.albedo, self.features.normal)
+        inner, rgb = self.view.inner, self.view.rgb
+        values, count = known.mean[inner], known.count[inner]
+        mean, own = rgb(values), rgb(own_errors(values, known.variance[inner], count))
+        outliers = find_outliers(mean, own, count)
+        clean = denoise(taken_out(mean, outliers), self.features.albedo, self.features.normal)
+        self.last = known, np.where(outliers.mask[..., None], mean, clean)
         return self.last[1]
