@@ -132,3 +132,42 @@ def test_most_suited_counts_are_powers_of_two_and_cost_little():
 @pytest.mark.parametrize("spp", [24, 64])
 def test_suited_counts_of_equal_targets_are_equal(spp):
     assert budget.suit_sequence(np.full(100, float(spp)), spp * 100, 4, 1e4) == pytest.approx(np.full(100, spp))
+
+
+def test_a_pixel_of_no_importance_takes_samples_only_when_all_others_are_full():
+    assert budget.fill([0, 1, 3], 30, 0, 25) == pytest.approx([0, 7.5, 22.5], abs=1e-3)
+    assert budget.fill([0, 1, 3], 40, 0, 19) == pytest.approx([2, 19, 19], abs=1e-3)
+
+
+def test_who_of_equals_is_served_is_left_to_chance():
+    drawn = np.ones(100, np.uint32)
+    served = [budget.serve(np.ones(100), 150, drawn, 9, np.random.default_rng(seed)) == 2 for seed in range(2)]
+    assert [each.sum() for each in served] == [50, 50]
+    # 50 of 100 twice: 25 in common are expected, and 25 +- 14 is left in fewer than one of 10^7 cases
+    assert abs((served[0] & served[1]).sum() - 25) < 14
+    assert all(abs(each[:50].sum() - 25) < 14 for each in served)
+
+
+def test_what_is_served_again_begins_from_the_top():
+    """One more each for all, then two more each for the first."""
+    counts = budget.serve([3, 1, 2, 0], 9, np.ones(4, np.uint32), 64, np.random.default_rng(0))
+    assert counts.tolist() == [4, 2, 2, 1]
+
+
+def test_suited_counts_of_pictures_whose_columns_differ():
+    """65 536 pixels are 16 times as many as are looked at: every 16th would be those of the same columns."""
+    importance = np.exp(np.random.default_rng(6).normal(0, 1, (256, 256)))
+    importance[:, ::16] = 30
+    total = 64 * importance.size
+    target = budget.fill(importance, total, 1, 1e6)
+    suited = budget.suit_sequence(target, total, 1, 1e6)
+    powers = np.isclose(np.log2(suited), np.rint(np.log2(suited)), atol=1e-9)
+    assert powers.mean() > 0.75
+
+
+def test_targets_that_are_all_rounded_down_leave_no_samples_over():
+    """Of 2^4.2 to 2^4.5 all would be 16: a part of them, that with the most, is 32."""
+    target = 2.0 ** np.random.default_rng(7).uniform(4.2, 4.5, 5000)
+    suited = budget.suit_sequence(target, target.sum(), 1, 1e6)
+    assert (np.isclose(suited, 16) | np.isclose(suited, 32)).mean() > 0.95
+    assert suited[target > 2**4.45].mean() > 31

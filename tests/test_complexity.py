@@ -35,6 +35,9 @@ def test_empty_view_is_zero_not_nan():
 def test_viewpoint_complexity_of_the_paper():
     # Two of four surfaces are visible and cover 60 of 100 pixels.
     assert complexity.viewpoint_complexity([40, 20, 0, 0], surfaces=4, image_area=100) == pytest.approx(0.5 + 0.6)
+    # areas of the visible ones alone say the same
+    assert complexity.viewpoint_complexity([40, 20], surfaces=4, image_area=100) == pytest.approx(0.5 + 0.6)
+    assert complexity.ray_viewpoint(np.array([2, 2]), np.zeros(2, bool), 0) == 0
 
 
 @given(counts)

@@ -9,6 +9,7 @@ from scipy.ndimage import uniform_filter
 from conformance.cases import FILTERS
 from tracer import draw
 from tracer.estimate import Estimate, shrunken_variance
+from tracer.frame import PlainFrame
 from tracer.line import Line, Stretch, lane_pixels, line_of
 from tracer.scene import open_scene
 
@@ -202,6 +203,86 @@ def test_a_hundred_thousand_samples_lose_no_precision(cornell, filter_name):
     assert statistics.variance[..., 1] == pytest.approx(0.001 * 0.999 * 49.9**2, rel=1e-4)
     if filter_name == "box":
         assert image[..., 1] == pytest.approx(exact, rel=1e-6)
+
+
+def tent(distance):
+    return np.maximum(1 - np.abs(distance), 0)
+
+
+def test_picture_and_standard_errors_are_those_of_loops(cornell):
+    """Through a tent of radius 1, around pixels of unequal counts, one of which has no sample."""
+    random = np.random.default_rng(6)
+    with open_scene(cornell(size=(5, 4), filter_name="tent", sample_border=True)) as view:
+        (height, width), border = view.grid, view.border
+        assert border == 1
+        counts = random.integers(1, 7, view.grid).astype(np.uint32)
+        counts[2, 3] = 0
+        number = int(counts.sum())
+        values = (random.lognormal(0, 1, (number, 3)) * [1.0, 3.0, 0.2]).astype(np.float32)
+        position = random.random((2, number)).astype(np.float32)
+        estimate = Estimate(view)
+        device = [mi.Float(np.ascontiguousarray(channel)) for channel in values.T]
+        estimate.add(line_of(counts.ravel()).take(number), draw.Samples(device, mi.Point2f(position), device[0]))
+        image, stderr = estimate.develop()
+    pixel = np.repeat(np.arange(height * width), counts.ravel())
+    row, column = np.divmod(pixel, width)
+    own = [values[pixel == k] for k in range(height * width)]
+    degrees = np.maximum(counts - 1.0, 0)
+    spread = np.array([((each - each.mean(axis=0)) ** 2).sum(axis=0) if len(each) else np.zeros(3) for each in own])
+    spread = spread.reshape(height, width, 3)
+    around = [uniform_filter(each, 7, mode="nearest") for each in (*np.moveaxis(spread, -1, 0), degrees)]
+    variance = (16 * np.stack(around[:3], axis=-1) / around[3][..., None] + spread) / (16 + degrees)[..., None]
+    for y, x in np.ndindex(*image.shape[:2]):
+        weight = tent(x + border + 0.5 - column - position[0]) * tent(y + border + 0.5 - row - position[1])
+        weight = weight / counts.ravel()[pixel]
+        share = np.bincount(pixel, weight, height * width) / weight.sum()
+        assert image[y, x] == pytest.approx(weight @ values / weight.sum(), rel=1e-4)
+        per_pixel = variance.reshape(-1, 3) / np.maximum(counts.reshape(-1, 1), 1)
+        assert stderr[y, x] == pytest.approx(np.sqrt(share**2 @ per_pixel), rel=1e-4)
+
+
+def test_a_pixel_that_no_sample_reaches_is_black(cornell):
+    with open_scene(cornell(size=(8, 8))) as view:
+        counts = np.zeros(view.grid, np.uint32)
+        counts[:, :2] = 4
+        image, stderr = draw_all(view, counts).develop()
+    assert np.all(image[:, -2:] == 0)
+    assert np.all(stderr[:, -2:] == 0)
+    assert image[:, :2].min() > 0
+
+
+def test_a_negative_sum_of_weights_leaves_standard_errors_positive():
+    """As filters with negative lobes have it where few samples are in reach."""
+    frame = PlainFrame((1, 2), 0, ["Y"], 0, (0, 0, 2, 1))
+    image, stderr = Estimate(frame).to_image([mi.Float([2, 3])], [mi.Float([4, 9])], mi.Float([-0.5, 2]))
+    assert image.tolist() == [[[-1], [6]]]
+    assert stderr.tolist() == [[[1], [6]]]
+
+
+def test_rays_moments_and_peaks_are_means_and_maxima(cornell):
+    random = np.random.default_rng(7)
+    with open_scene(cornell(size=(3, 2))) as view:
+        counts = np.array([[4, 0, 1], [2, 9, 3]], np.uint32)
+        pixel = np.repeat(np.arange(6), counts.ravel())
+        rays, *drawn = random.random((6, len(pixel))).astype(np.float32)
+        estimate = Estimate(view, moments=2, peaks=2)
+        moments, peaks = ([mi.Float(each) for each in several] for several in (drawn[:2], drawn[2:4]))
+        position = dr.full(mi.Point2f, 0.5, len(pixel))
+        bad = drawn[4].copy()
+        bad[0] = np.nan
+        samples = draw.Samples([mi.Float(bad)] * 3, position, mi.Float(rays), moments, peaks)
+        estimate.add(line_of(counts.ravel()).take(len(pixel)), samples)
+        found = estimate.statistics()
+        assert np.array_equal(estimate.drawn(), counts)
+        assert estimate.samples().tolist() == [[3, 0, 1], [2, 9, 3]]
+        with pytest.raises(ValueError, match="another view"):
+            Estimate(view, moments=1, peaks=3).restore(estimate.state())
+    for k in range(6):
+        own = (pixel == k) & np.isfinite(bad)
+        mean = [each[own].mean() if own.any() else 0 for each in (rays, *drawn[:2])]
+        most = [each[own].max(initial=-np.inf) for each in drawn[2:4]]
+        assert [found.rays.flat[k], *found.moments.reshape(6, 2)[k]] == pytest.approx(mean, rel=1e-5)
+        assert list(found.peaks.reshape(6, 2)[k]) == most
 
 
 def test_shrunken_variance_is_that_of_scipy():

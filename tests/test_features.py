@@ -127,3 +127,36 @@ def test_unfiltered_is_what_a_box_filter_gives(border):
         assert np.abs(stacked(found) - stacked(expected)).mean() < 0.03
     else:
         assert np.array_equal(stacked(found), stacked(expected))
+
+
+def test_instances_are_told_apart_and_shapes_without_a_name_have_that_of_their_class():
+    """Two instances of a cube, left and right of the middle."""
+    scene = wall()
+    group = {"type": "shapegroup", "first": {"type": "cube", "to_world": T().scale(0.2)}}
+    scene = {"type": "scene", "integrator": {"type": "path"}, "sensor": scene["sensor"], "group": group}
+    film = {"type": "hdrfilm", "width": 8, "height": 4}
+    look = T().look_at([0, 0, 5], [0, 0, 0], [0, 1, 0])
+    scene["sensor"] = {"type": "orthographic", "to_world": look, "film": film}
+    for name, x in (("left", -0.5), ("right", 0.5)):
+        place = T().translate([x, 0, 0])
+        scene[name] = {"type": "instance", "shapegroup": {"type": "ref", "id": "group"}, "to_world": place}
+    with open_scene(scene) as view:
+        numbers, names = shape_numbers(view)
+    first, second = set(numbers[:, :4].ravel()) - {0}, set(numbers[:, 4:].ravel()) - {0}
+    assert len(first) == len(second) == 1
+    assert {names[first.pop() - 1], names[second.pop() - 1]} == {"left", "right"}
+
+
+def test_the_shape_of_a_pixel_is_the_one_at_its_middle():
+    """An edge at 0.3 of a pixel, from its left: the middle lies right of it."""
+    film = {"type": "hdrfilm", "width": 4, "height": 4}
+    look = T().look_at([0, 0, 5], [0, 0, 0], [0, 1, 0])
+    sensor = {"type": "orthographic", "to_world": look, "film": film}
+    found = []
+    for part in (0.3, 0.7):
+        edge = -1 + (1 + part) / 2  # the second pixel from -0.5 to 0
+        right = T().translate([edge + 1, 0, 0])
+        plane = {"type": "rectangle", "to_world": right}
+        with open_scene({"type": "scene", "integrator": {"type": "path"}, "sensor": sensor, "a": plane}) as view:
+            found.append(sorted(shape_numbers(view)[0].sum(axis=0)))
+    assert found == [[0, 4, 4, 4], [0, 0, 4, 4]]

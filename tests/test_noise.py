@@ -17,7 +17,7 @@ FRAME = PlainFrame((96, 128), 0, ["R", "G", "B"], 0, (0, 0, 128, 96))
 ABSOLUTE = make_settings(noise=0.1, objective="absolute")
 
 
-@given(st.floats(1e-6, 1e6), st.floats(0.05, 0.99))
+@given(st.floats(1e-6, 1e6), st.one_of(st.floats(0.05, 0.99), st.just(0.9999)))
 def test_a_bound_is_the_quantile_of_a_normal_error(deviation, share):
     expected = deviation * stats.norm.ppf(0.5 + share / 2)
     assert bound(np.full(5, deviation), share) == pytest.approx(expected, rel=1e-6)
@@ -99,6 +99,62 @@ def test_rare_light_that_is_being_discovered_is_expected_to_go_on():
     meter.image, meter.count = image + np.float32(0.5), np.full(FRAME.size, 4, np.uint32)
     meter.follow(FRAME, ABSOLUTE, image, stderr, np.full(FRAME.size, 8, np.uint32))
     assert meter.scale > 1.2 * meter.factor
+
+
+@pytest.mark.parametrize(("trend", "least", "most"), [(0.5, 1.0, 1.0), (1.2, 1.21, 1.44), (5.0, 2.0, 2.0)])
+def test_a_rise_goes_on_a_bit_faster_but_not_to_more_than_twice_as_much(trend, least, most):
+    random = np.random.default_rng(4)
+    before = np.zeros((*FRAME.size, 3), np.float32)
+    count = np.full(FRAME.size, 4, np.uint32)
+    image = (before + random.normal(size=before.shape)).astype(np.float32)
+    meter = NoiseMeter(before, count)
+    meter.follow(FRAME, ABSOLUTE, image, np.ones_like(image), 2 * count)
+    again = NoiseMeter(before, count, factor=meter.factor / trend)
+    again.follow(FRAME, ABSOLUTE, image, np.ones_like(image), 2 * count)
+    assert least - 1e-9 <= again.scale / meter.factor <= most + 1e-9
+
+
+def mean_of_neighbours(values):
+    """Return the mean of 3 x 3 neighbours, the edge repeated."""
+    padded = np.pad(values.astype(np.float64), 1, mode="edge")
+    height, width = values.shape
+    return sum(padded[r : r + height, c : c + width] for r in range(3) for c in range(3)) / 9
+
+
+def test_moves_are_weighed_by_the_objective_and_predicted_from_the_counts_around():
+    """A picture with alpha that is three times as dense as before, more or less from pixel to pixel."""
+    random = np.random.default_rng(5)
+    frame = PlainFrame(FRAME.size, 0, ["R", "G", "B", "A"], 1, FRAME.window)
+    settings = make_settings(noise=0.1, objective="relative", noise_share=0.8)
+    old, new, stderr = (random.lognormal(0, 1, (*FRAME.size, 4)).astype(np.float32) for _ in range(3))
+    for each in (old, new, stderr):
+        each[..., 3] *= 100  # alpha is no colour
+    counts = [random.integers(1, 9, FRAME.size).astype(np.uint32)]
+    counts.append(counts[0] + random.integers(0, 30, FRAME.size).astype(np.uint32))
+    root = 1 / np.sqrt((new[..., :3] @ [0.2126, 0.7152, 0.0722]) ** 2 + 0.01)
+    moved = root * np.sqrt(((new - old)[..., :3].astype(np.float64) ** 2).mean(axis=-1))
+    deviation = root * np.sqrt((stderr[..., :3].astype(np.float64) ** 2).mean(axis=-1))
+    growth = mean_of_neighbours(counts[1]) / mean_of_neighbours(counts[0]) - 1
+    errors = abs(deviation * np.sqrt(growth) * random.normal(size=(200, *FRAME.size)))
+    meter = NoiseMeter(old, counts[0])
+    meter.follow(frame, settings, new, stderr, counts[1])
+    # 2.5 million errors: their quantile is known to 0.1 %
+    assert meter.factor == pytest.approx(np.quantile(moved, 0.8) / np.quantile(errors, 0.8), rel=5e-3)
+    found = NoiseMeter().look(frame, settings, new, stderr)
+    errors = abs(deviation * random.normal(size=(200, *FRAME.size)))
+    assert found.error == pytest.approx(np.quantile(errors, 0.8), rel=5e-3)
+    assert found.converged == pytest.approx((errors < 0.1).mean(), abs=2e-3)
+
+
+def test_a_target_that_is_met_needs_no_more():
+    image, stderr = np.ones((*FRAME.size, 3), np.float32), np.full((*FRAME.size, 3), 1e-3, np.float32)
+    assert NoiseMeter().look(FRAME, ABSOLUTE, image, stderr).needed == 1
+
+
+def test_of_a_large_picture_all_columns_are_looked_at():
+    """2^18 pixels are four times as many as are looked at."""
+    columns = np.tile(np.arange(512.0), (512, 1))
+    assert set(NoiseMeter().some(columns)) == set(range(512))
 
 
 def test_a_render_stops_when_its_noise_is_low_enough(cornell):

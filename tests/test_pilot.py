@@ -4,8 +4,10 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from tracer import pilot
+from tracer import complexity, pilot
+from tracer.draw import camera_ray
 from tracer.scene import open_scene
+from tracer.wanted import weight_table
 
 T = mi.ScalarTransform4f
 
@@ -136,3 +138,63 @@ def test_geometry_in_slabs_is_the_same(monkeypatch):
     whole = geometry(orthographic(half_plane(), 7, 5), rays=2, block=2)
     monkeypatch.setattr(pilot, "MOST_RAYS", 40)
     assert np.array_equal(geometry(orthographic(half_plane(), 7, 5), rays=2, block=2), whole)
+
+
+def test_the_cosine_of_a_back_side_is_that_of_its_front():
+    """A plane at z = 0 seen from z = 5, from behind: 1 / 5^2, but for the near plane."""
+    plane = {"type": "rectangle", "to_world": T().rotate([0, 1, 0], 180) @ T().scale(9)}
+    assert geometry(orthographic({"a": plane})) == pytest.approx(1 / 25, rel=0.01)
+
+
+def test_faces_of_one_number_differ_from_shape_to_shape():
+    """Two triangles each: with the number alone there would be two faces instead of four."""
+    found = measure(orthographic(two_cubes()), rays=16, block=8)
+    assert found.distinct == pytest.approx(np.full((8, 8), 2))
+    assert complexity.ray_distinct(found.same_face) == pytest.approx(np.full((1, 1), 4))
+
+
+def two_cubes():
+    size = T().scale([0.5, 1, 0.1])
+    places = {"left": -0.5, "right": 0.5}
+    return {name: {"type": "cube", "to_world": T().translate([x, 0, 0]) @ size} for name, x in places.items()}
+
+
+def test_rays_in_slabs_are_the_same(monkeypatch):
+    """Each row of blocks has rays of its own, wherever a slab begins."""
+    scene = orthographic(
+        {"a": {"type": "rectangle", "to_world": T().rotate([0, 0, 1], 30).translate([-1, 0, 0])}}, 7, 9
+    )
+    whole = measure(scene, rays=2, block=2)
+    monkeypatch.setattr(pilot, "MOST_RAYS", 40)
+    parts = measure(scene, rays=2, block=2)
+    assert np.array_equal(parts.hit, whole.hit)
+    assert np.array_equal(parts.same_face, whole.same_face)
+
+
+def test_pilot_rays_are_not_those_of_the_picture():
+    """Those that decided would be counted once more: positions in the film, of two rays of each pixel."""
+    with open_scene(orthographic(half_plane())) as view:
+        sampler = mi.load_dict({"type": "owen_sobol"})
+        ray = pilot.pilot_rays(view, sampler, 3, 2, 1, 0, 8, 8)
+        pixel, index = (mi.UInt32(each) for each in (np.repeat(np.arange(64), 2), np.tile(np.arange(2), 64)))
+        sampler.seed_samples(mi.UInt32(3), pixel, index)
+        own = camera_ray(view, sampler, pixel // 8, pixel % 8)[0]
+        places = [np.array(each.o)[:2] for each in (ray, own)]
+    assert np.abs(places[0] - places[1]).max() < 2 * 2 / 8  # both are in their pixels, 1/4 wide
+    assert np.abs(places[0] - places[1]).mean() > 0.05
+
+
+def test_the_mean_over_shapes_goes_by_instances_and_leaves_one_where_nothing_is_named():
+    scene = orthographic(
+        {"group": {"type": "shapegroup", "first": {"type": "cube", "to_world": T().scale([0.5, 1, 0.1])}}}
+    )
+    for name, x in (("left", -0.5), ("right", 0.5)):
+        place = T().translate([x, 0, 0]) @ T().scale([1, 0.5, 1])
+        scene[name] = {"type": "instance", "shapegroup": {"type": "ref", "id": "group"}, "to_world": place}
+    with open_scene(scene) as view:
+        sampler = mi.load_dict({"type": "owen_sobol"})
+        table = weight_table(view, {"left": 3.0, "right": 5.0})
+        found = pilot.mean_over_shapes(view, sampler, 0, 4, table)
+    assert np.all(found[[0, 1, 6, 7]] == 1)
+    assert sorted([found[3, 1], found[3, 6]]) == [3, 5]
+    assert np.ptp(found[2:6, :4]) == np.ptp(found[2:6, 4:]) == 0

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tracer.rounds import GROWTH, PASS_SIZES, even_pass, next_pass_size, round_goals
+from tracer.rounds import GROWTH, PASS_SIZES, PRIORITY_GROWTH, even_pass, next_pass_size, round_goals
 from tracer.settings import make_settings
 
 
@@ -31,6 +31,7 @@ def test_a_larger_budget_begins_in_the_same_way(spp):
 
 def test_a_limit_of_time_begins_with_one_sample():
     assert round_goals(make_settings(time=10.0, spp=16), True, 10) == [10, 40, 80, 160]
+    assert round_goals(make_settings(time=10.0, spp=16, pilot_spp=1), True, 10) == [10, 20, 40, 80, 160]
     assert round_goals(make_settings(noise=0.1, spp=16), False, 10) == [40, 80, 160]
 
 
@@ -49,3 +50,22 @@ def test_passes_are_even(left, size):
 @pytest.mark.parametrize(("rate", "size"), [(1e4, 0), (1e6, 0), (2e6, 1), (1e8, 2)])
 def test_pass_size_follows_the_rate(rate, size):
     assert next_pass_size(rate) == PASS_SIZES[size]
+
+
+def test_a_budget_that_leaves_nothing_to_decide_has_one_round():
+    assert round_goals(make_settings(spp=7), True, 10) == [70]
+    assert round_goals(make_settings(spp=8), True, 10) == [40, 80]
+
+
+def test_only_the_last_round_grows_by_something_else():
+    assert round_goals(make_settings(spp=12), True, 1) == [4, 8, 12]
+    assert round_goals(make_settings(spp=11), True, 1) == [4, 11]
+
+
+def test_by_priority_a_few_are_served_in_a_round():
+    """Those that are served double what they have."""
+    assert 0.1 < PRIORITY_GROWTH - 1 < 0.5
+
+
+def test_no_pass_is_larger_than_the_largest():
+    assert even_pass(1000, 900, 400) == 334  # in three, as in two they would have 500

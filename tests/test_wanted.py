@@ -1,5 +1,7 @@
 """Masks, weight images and weights of shapes: they steer every criterion, and wrong ones say so."""
 
+from types import SimpleNamespace
+
 import mitsuba as mi
 import numpy as np
 import OpenImageIO as oiio
@@ -7,8 +9,9 @@ import pytest
 
 import tracer
 from conftest import LIT
-from tracer import criteria
+from tracer import criteria, wanted
 from tracer.errors import SettingsError
+from tracer.settings import make_settings
 
 T = mi.ScalarTransform4f
 
@@ -61,9 +64,13 @@ def test_shapes_are_weighed_by_what_covers_a_pixel():
     film = {"type": "hdrfilm", "width": 16, "height": 16, "filter": {"type": "box"}}
     sensor = {"type": "orthographic", "to_world": T().look_at([0, 0, 5], [0, 0, 0], [0, 1, 0]), "film": film}
     scene = {"type": "scene", "left": left, "right": right, "sky": {"type": "constant"}, "sensor": sensor}
+    several = {}
+    for name in ("left", "right"):
+        samples = tracer.render(scene, spp=30, criterion="uniform", shape_weights={name: 2}).samples
+        several[name] = [samples[:, :8].mean(), samples[:, 8:].mean()]
+        assert sorted(several[name]) == pytest.approx([20, 40], abs=0.5)
+    assert several["left"] == pytest.approx(several["right"][::-1], abs=0.5)
     samples = tracer.render(scene, spp=30, criterion="uniform", shape_weights={"left": 2}).samples
-    halves = sorted([samples[:, :8].mean(), samples[:, 8:].mean()])
-    assert halves == pytest.approx([20, 40], abs=0.5)
     text = tracer.render(scene, spp=30, criterion="uniform", shape_weights=" left = 2,right=1").samples
     assert np.array_equal(text, samples)
 
@@ -84,6 +91,7 @@ def test_the_plugin_takes_them_too(cornell, tmp_path):
         ({"importance": np.zeros((16, 24))}, "nothing is wanted"),
         ({"importance": np.full((16, 24), np.nan)}, "finite"),
         ({"importance": -np.ones((16, 24))}, "not negative"),
+        ({"importance": mask() - 0.1}, "not negative"),
         ({"importance": np.ones(5)}, "shape"),
         ({"importance": "nowhere.png"}, "importance: There is no picture 'nowhere.png'"),
         ({"shape_weights": {"flor": 2}}, "no shape 'flor', did you mean 'floor'"),
@@ -120,3 +128,31 @@ def test_a_file_that_a_scene_names_is_beside_it(scene_file, tmp_path, monkeypatc
     samples = tracer.render(scene, spp=16).samples
     assert samples[:, :5].max() <= 2
     assert samples[:, 7:].mean() > 28
+
+
+def test_an_image_of_several_channels_counts_as_their_mean():
+    image = np.random.default_rng(0).random((4, 5, 3))
+    assert wanted.check_image(image) == pytest.approx((image[..., 0] + image[..., 1] + image[..., 2]) / 3)
+
+
+def test_a_larger_image_is_averaged_and_its_edge_repeated_over_the_border():
+    """Of a checkerboard of 0 and 1 at twice the resolution every pixel is one half, wherever it is sampled."""
+    view = SimpleNamespace(size=(6, 8), border=2)
+    board = np.indices((12, 16)).sum(axis=0) % 2
+    assert wanted.on_grid(view, board.astype(float)) == pytest.approx(0.5, abs=0.05)
+    own = np.random.default_rng(1).random((6, 8))
+    rows, columns = np.clip(np.arange(-2, 8), 0, 5), np.clip(np.arange(-2, 10), 0, 7)
+    assert np.array_equal(wanted.on_grid(view, own), own[np.ix_(rows, columns)])
+
+
+def test_an_array_is_taken_in_place_of_the_file_that_settings_name():
+    view = SimpleNamespace(size=(16, 24), border=0, grid=(16, 24))
+    found = wanted.wanted(view, make_settings(importance="nowhere.png"), None, mask())
+    assert np.array_equal(found, mask())
+
+
+def test_images_and_weights_of_shapes_are_multiplied(cornell):
+    """What an image leaves out stays out, whatever is seen there."""
+    weights = dict.fromkeys(("back", "floor", "ceiling", "green-wall", "red-wall", "small-box", "large-box"), 3)
+    samples = tracer.render(cornell(), spp=16, criterion="uniform", importance=mask(), shape_weights=weights).samples
+    assert samples[:, :11].max() <= 2

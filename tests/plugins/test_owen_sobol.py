@@ -112,7 +112,41 @@ def test_clone_goes_on_where_the_original_is_and_fork_starts_anew():
     sampler.next_2d()
     copy = sampler.clone()
     assert np.array_equal(np.array(sampler.next_2d()), np.array(copy.next_2d()))
-    assert sampler.fork().sample_count() == 8
+    anew = sampler.fork()
+    assert anew.sample_count() == 8
+    assert anew.dimension.numpy().tolist() == [0]
+
+
+def test_forks_and_clones_keep_the_seed_of_a_scene():
+    first = mi.load_dict({"type": "owen_sobol", "sample_count": 8, "seed": 7})
+    copies = [first.fork(), first.clone()]
+    for made in (first, *copies):
+        made.seed(3, 64)
+    expected = np.array(first.next_2d())
+    assert all(np.array_equal(np.array(made.next_2d()), expected) for made in copies)
+
+
+def test_lanes_are_all_samples_of_a_pixel_and_then_those_of_the_next():
+    sampler = mi.load_dict({"type": "owen_sobol", "sample_count": 8})
+    sampler.seed(3, 32)
+    found = np.array(sampler.next_2d())
+    for pixel in range(4):
+        assert np.array_equal(found[:, 8 * pixel : 8 * pixel + 8], points(8, seed=3, pixel=pixel))
+
+
+def test_values_are_below_one():
+    largest = owen_sobol.to_unit_interval(mi.UInt32([0, 255, 256, 2**31, 2**32 - 1])).numpy()
+    assert largest.tolist() == [0, 0, 2**-24, 0.5, 1 - 2**-24]
+
+
+def test_a_third_wavefront_continues_too():
+    sampler = mi.load_dict({"type": "owen_sobol", "sample_count": 4})
+    sampler.seed(3, 4)
+    drawn = []
+    for _ in range(4):
+        drawn.append(np.array(sampler.next_2d()))
+        sampler.advance()
+    assert np.array_equal(np.concatenate(drawn, axis=1), points(16, seed=3, pixel=0))
 
 
 def test_a_second_wavefront_continues_the_sequence():
