@@ -10,11 +10,14 @@ from hypothesis import settings
 
 import tracer
 
-settings.register_profile("same_every_time", derandomize=True)
+settings.register_profile("same_every_time", derandomize=True, deadline=None)  # a machine may be slow
 settings.load_profile("same_every_time")
 tracer.activate("llvm_ad_rgb")
 
 import mitsuba as mi  # noqa: E402
+
+PATIENCE = 500
+"""Seconds after which a program that ends by itself is taken to hang, on however slow a machine."""
 
 
 def small_scene(size=(24, 16), filter_name="gaussian", **film):

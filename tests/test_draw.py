@@ -37,6 +37,49 @@ def test_recorded_samples_are_those_that_are_traced(sensor, known, monkeypatch):
         recorded.close()
 
 
+def first_rays(scene, scale=1.0, spp=64):
+    """Return the camera's rays of the samples of one pixel, and those that ``shoot`` makes of them."""
+    sampler = mi.load_dict({"type": "owen_sobol"})
+    with open_scene(scene) as view:
+        index = dr.arange(mi.UInt32, spp)
+        sampler.seed_samples(mi.UInt32(1), 0 * index, index)
+        whole = draw.camera_ray(view, sampler, 0 * index, 0 * index)[0]
+        sampler.seed_samples(mi.UInt32(1), 0 * index, index)
+        return whole, draw.shoot(view, sampler, 0 * index, mi.Float(scale))[0]
+
+
+def test_samples_are_spread_over_the_time_that_a_shutter_is_open():
+    """64 of them, one in each 64th of it."""
+    scene = camera_at(3)
+    scene["sensor"] |= {"shutter_open": 2.0, "shutter_close": 4.0}
+    time = first_rays(scene)[0].time.numpy()
+    assert np.array_equal(np.sort(np.floor((time - 2) * 32)), np.arange(64))
+
+
+def test_differentials_are_as_wide_as_samples_are_apart():
+    """Of 16 samples a pixel a quarter of it."""
+    whole, scaled = first_rays(camera_at(3), scale=16**-0.5)
+    apart = np.array(whole.d_x) - np.array(whole.d)
+    assert np.abs(apart).max() > 1e-3
+    assert np.array(scaled.d_x) - np.array(scaled.d) == pytest.approx(apart / 4, abs=1e-6)
+
+
+def test_a_camera_in_a_medium_sees_it():
+    """Of a lamp behind a medium that absorbs, 4 away: exp(-0.25 x 4) of its radiance."""
+    scene = camera_at(8) | {"integrator": {"type": "volpath", "max_depth": 8}}
+    fog = mi.load_dict({"type": "homogeneous", "sigma_t": 0.25, "albedo": 0.0})
+    scene["sensor"] |= {"fov": 1.0, "fog": fog}
+    lamp = {"type": "area", "radiance": {"type": "rgb", "value": 1.0}}
+    large = mi.ScalarTransform4f().scale(9)
+    scene["lamp"] = {"type": "rectangle", "to_world": large, "emitter": lamp, "exterior": fog}
+    with open_scene(scene) as view:
+        sampler = mi.load_dict({"type": "owen_sobol"})
+        index = dr.arange(mi.UInt32, 4096)
+        found = draw.draw(view, sampler, mi.UInt32(1), 0 * index, index, mi.Float(1)).values[0].numpy()
+    # A path gets through or does not: standard error 0.5 / 64; four of them are exceeded once in 16 000 seeds.
+    assert found.mean() == pytest.approx(np.exp(-1), abs=4 * 0.5 / 64)
+
+
 def drawn_rays(scene, spp=16):
     """Return the rays of every sample of a scene."""
     sampler = mi.load_dict({"type": "owen_sobol"})

@@ -9,7 +9,7 @@ import time
 import numpy as np
 import pytest
 
-from conftest import LIT, SENSOR
+from conftest import LIT, PATIENCE, SENSOR
 from tracer.cli import repeat_option, run
 from tracer.files import read_exr
 
@@ -255,12 +255,15 @@ def test_help(tracer_program, command):
 
 def test_ctrl_c_leaves_what_there_is_clearly_marked(scene_file, tmp_path):
     scene = scene_file(LIT.replace('value="12"', 'value="256"').replace('value="8"', 'value="256"'))
-    output = tmp_path / "out.exr"
-    command = [sys.executable, "-m", "tracer", "render", str(scene), "-o", str(output), "--spp", "20000"]
+    output, state = tmp_path / "out.exr", tmp_path / "state.ckpt"
+    keep = ["--checkpoint", str(state), "--checkpoint-every", "0"]
+    command = [sys.executable, "-m", "tracer", "render", str(scene), "-o", str(output), "--spp", "20000", *keep]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=tmp_path)
-    time.sleep(8)
+    while not state.exists():  # until it draws
+        assert process.poll() is None
+        time.sleep(0.05)
     process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=60)
+    out, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130, err
     assert "Stopped after" in out
     names, values, own = read_exr(output)

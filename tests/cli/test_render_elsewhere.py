@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from conftest import PATIENCE
 from tracer import scenes
 from tracer.files import read_exr
 
@@ -19,7 +20,7 @@ SCENE = Path(scenes.__file__).parent / "spheres_and_rods.xml"
 
 def run(*arguments):
     command = [sys.executable, "-m", "tracer", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    return subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
 
 
 def test_workers_write_the_same_picture(tmp_path):
@@ -64,7 +65,7 @@ def test_what_a_terminal_says_to_all_processes_stops_without_loss(tmp_path, numb
         assert program.poll() is None
         time.sleep(0.1)
     os.killpg(program.pid, number)
-    out, err = program.communicate(timeout=60)
+    out, err = program.communicate(timeout=PATIENCE)
     assert program.returncode == 128 + number, (out, err)
     assert "Stopped after" in out
     assert err == ""

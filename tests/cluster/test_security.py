@@ -60,9 +60,10 @@ def test_tls_is_a_matter_of_dasks_settings(certificate, tmp_path, monkeypatch):
             time.sleep(0.1)
         address = json.loads(told.read_text())["address"]
         assert address.startswith("tls://127.0.0.1:")
-        monkeypatch.setattr(crew, "LONGEST_WAIT", 5.0)
-        with pytest.raises(ClusterError, match="Cannot connect"):
-            tracer.render(SCENE, size=32, spp=4, cluster=address)
+        with monkeypatch.context() as patch:
+            patch.setattr(crew, "LONGEST_WAIT", 5.0)
+            with pytest.raises(ClusterError, match="Cannot connect"):
+                tracer.render(SCENE, size=32, spp=4, cluster=address)
         tls = "distributed.comm.tls"
         mine = {f"{tls}.ca-file": certificate["ca"], f"{tls}.client.cert": certificate["cert"]}
         with dask.config.set({**mine, f"{tls}.client.key": certificate["key"]}):

@@ -37,11 +37,17 @@ def test_two_workers_make_the_picture_of_one_process(two_workers, settings):
     same(render(cluster=two_workers, **settings), render(**settings))
 
 
+def seconds_by_samples(units, counts):
+    return [1e-6 * regions.samples_of(unit, counts) for unit in units]
+
+
 @pytest.mark.parametrize("seconds", [pytest.param(1e-4, marks=pytest.mark.slow), 0.02])
 def test_the_size_of_units_does_not_matter(two_workers, monkeypatch, seconds):
     monkeypatch.setattr(regions, "LEAST_SECONDS", seconds)
     monkeypatch.setattr(regions, "MOST_SECONDS", seconds)
     monkeypatch.setattr(regions, "FIRST_SAMPLES", 8000)
+    # By the samples of a unit, not by how long they take: on a slow machine there would be ever more of them.
+    monkeypatch.setattr(regions, "seconds_of", seconds_by_samples)
     same(render(cluster=two_workers), render())
 
 

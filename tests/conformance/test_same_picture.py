@@ -63,4 +63,4 @@ def test_negative_values_survive():
 @pytest.mark.parametrize("variant", [name for name in mi.variants() if name.startswith("llvm")])
 def test_every_llvm_variant(variant):
     folder = Path(__file__).parents[1]
-    subprocess.run([sys.executable, "-m", "conformance.variant", variant], check=True, timeout=900, cwd=folder)
+    subprocess.run([sys.executable, "-m", "conformance.variant", variant], check=True, cwd=folder)

@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 
-from conftest import LIT
+from conftest import LIT, PATIENCE
 from tracer import criteria
 from tracer.criteria import registry
 from tracer.errors import ClusterError
@@ -73,6 +73,6 @@ def test_a_worker_of_another_version_ends_a_study(plan, tmp_path, two_workers, m
 @pytest.mark.slow
 def test_the_command_takes_workers(tmp_path):
     command = [sys.executable, "-m", "tracer", "study", "smoke", "-o", str(tmp_path / "smoke"), "--workers", "2"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "smoke" / "index.html").stat().st_size > 50_000

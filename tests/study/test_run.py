@@ -139,8 +139,8 @@ def test_killed_and_started_again(scene, tmp_path, monkeypatch):
     command = [sys.executable, "-m", "tracer", "study", str(plan), "-o", str(tmp_path / "out"), "-q"]
     process = subprocess.Popen(command, cwd=Path(tracer.__file__).parents[1])
     folder = tmp_path / "out" / "cells"
-    deadline = time.monotonic() + 120
-    while time.monotonic() < deadline and len(finished(folder)) < 8:
+    while len(finished(folder)) < 8:
+        assert process.poll() is None
         time.sleep(0.05)
     process.send_signal(signal.SIGKILL)
     process.wait()
@@ -195,11 +195,15 @@ def test_a_method_that_never_works(scene, tmp_path, monkeypatch):
 
 
 def test_a_budget_in_seconds_is_spent(scene, tmp_path):
-    results = run_study(plan_of(scene, spp=[], seconds=[0.4], size=64), tmp_path / "out")
+    tracer.render(scene, size=64, spp=16)  # compiles
+    start = time.monotonic()
+    tracer.render(scene, size=64, spp=16)
+    seconds = round(0.4 + 5 * (time.monotonic() - start), 1)  # as slow as the machine is
+    results = run_study(plan_of(scene, spp=[], seconds=[seconds], size=64), tmp_path / "out")
     for one in results.measurements:
-        assert 0.04 < one.took.seconds < 8  # a machine may be busy
+        assert 0.1 * seconds < one.took.seconds < 20 * seconds
         assert one.took.spp > 16
-    assert {row.budget for row in results.tables()[0]} == {"0.4 s"}
+    assert {row.budget for row in results.tables()[0]} == {f"{seconds:g} s"}
 
 
 def test_references_are_good_enough_or_it_is_said(scene, tmp_path):

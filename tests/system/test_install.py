@@ -7,11 +7,13 @@ from pathlib import Path
 
 import pytest
 
+from conftest import PATIENCE
+
 ROOT = Path(__file__).parents[2]
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(900)
+@pytest.mark.timeout(1800)
 def test_wheel_runs_the_demo_outside_the_checkout(tmp_path):
     subprocess.run([sys.executable, "-m", "build", "--wheel", "--outdir", str(tmp_path), str(ROOT)], check=True)
     (wheel,) = tmp_path.glob("mitsuba_tracer-*.whl")
@@ -22,10 +24,14 @@ def test_wheel_runs_the_demo_outside_the_checkout(tmp_path):
     folder.mkdir()
     clean = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "DRJIT_LIBLLVM_PATH", "VIRTUAL_ENV")}
     program = environment / "bin" / "tracer"
-    result = subprocess.run([str(program), "demo"], cwd=folder, env=clean, capture_output=True, text=True, timeout=300)
+    result = subprocess.run(
+        [str(program), "demo"], cwd=folder, env=clean, capture_output=True, text=True, timeout=PATIENCE
+    )
     assert result.returncode == 0, result.stderr
     assert {path.name for path in folder.iterdir()} == {"tracer-demo.png", "tracer-demo.md"}
     assert "| fused |" in (folder / "tracer-demo.md").read_text()
-    again = subprocess.run([str(program), "demo"], cwd=folder, env=clean, capture_output=True, text=True, timeout=300)
+    again = subprocess.run(
+        [str(program), "demo"], cwd=folder, env=clean, capture_output=True, text=True, timeout=PATIENCE
+    )
     assert again.returncode == 2
     assert "exists" in again.stderr

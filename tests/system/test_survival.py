@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from conftest import LIT
+from conftest import LIT, PATIENCE
 from tracer import checkpoint, scenes
 from tracer.files import is_running, read_exr, write_exr
 
@@ -37,9 +37,22 @@ def start(arguments, **keywords):
 
 
 def finish(arguments):
-    done = subprocess.run(arguments, capture_output=True, text=True, timeout=300, check=False)
+    done = subprocess.run(arguments, capture_output=True, text=True, timeout=PATIENCE, check=False)
     assert done.returncode == 0, done.stderr
     return done.stdout
+
+
+def seconds_to_begin(arguments, state):
+    """Return how long a render takes to its first checkpoint, as slow as the machine is."""
+    began = time.monotonic()
+    process = start(arguments)
+    while not state.exists():
+        assert process.poll() is None
+        time.sleep(0.02)
+    seconds = time.monotonic() - began
+    process.kill()
+    process.communicate()
+    return seconds
 
 
 @pytest.mark.slow
@@ -53,7 +66,8 @@ def test_killed_at_any_moment_it_goes_on_or_begins_again(tmp_path):
     options = ("--size", 96, "--noise", 1e-6)  # which keeps it deciding round after round
     random = np.random.default_rng(7)
     samples = []
-    for moment in random.uniform(0.3, 3.0, MOMENTS):
+    begun = seconds_to_begin(command(scene, tmp_path, *options, **long), tmp_path / "state.ckpt")
+    for moment in begun * random.uniform(0.2, 2.5, MOMENTS):
         process = start(command(scene, killed, "--resume", *options, **long))
         with pytest.raises(subprocess.TimeoutExpired):
             process.communicate(timeout=moment)
@@ -79,7 +93,7 @@ def test_stopped_it_keeps_what_there_is_and_goes_on(scene, tmp_path, number):
         time.sleep(0.05)
         assert process.poll() is None
     process.send_signal(number)
-    out, err = process.communicate(timeout=60)
+    out, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 128 + number, err
     said = json.loads(out)
     assert said["stopped_by"] == "person"
@@ -104,7 +118,7 @@ def test_on_a_full_disk_the_old_checkpoint_stays(scene, tmp_path):
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
 
     process = start(command(scene, tmp_path, "--resume", spp=64), preexec_fn=small_files)
-    out, err = process.communicate(timeout=120)
+    out, err = process.communicate(timeout=PATIENCE)
     assert "Traceback" not in err
     assert "Cannot write" in out + err
     assert (tmp_path / "state.ckpt").read_bytes() == before
@@ -117,7 +131,7 @@ def test_a_crash_is_a_sentence(scene, tmp_path):
     crash = "import os, tracer.loop as loop\nloop.Rendering.run = lambda self: os.kill(os.getpid(), 11)"
     program = f"{crash}\nimport sys\nfrom tracer.cli import main\nmain()"
     arguments = [sys.executable, "-c", program, *command(scene, tmp_path)[3:]]
-    done = subprocess.run(arguments, capture_output=True, text=True, timeout=120, check=False)
+    done = subprocess.run(arguments, capture_output=True, text=True, timeout=PATIENCE, check=False)
     assert done.returncode == 3
     assert done.stderr.startswith("tracer: Mitsuba crashed (SIGSEGV)")
     assert not (tmp_path / "out.exr").exists()
@@ -202,6 +216,5 @@ def test_nobody_renders_on_when_the_program_was_killed(scene, tmp_path):
     children = subprocess.run(["pgrep", "-P", str(process.pid)], capture_output=True, text=True, check=False).stdout
     process.kill()
     process.communicate()
-    time.sleep(0.5)
-    for child in children.split():
-        assert not is_running(int(child))
+    while any(is_running(int(child)) for child in children.split()):  # for ever, if one renders on
+        time.sleep(0.05)

@@ -7,6 +7,7 @@ import time
 import numpy as np
 import pytest
 
+from conftest import PATIENCE
 from study.page.conftest import HEIGHT, METHODS, WIDTH, made_up
 from tracer.study.page import build
 
@@ -24,10 +25,17 @@ def page(browser, page_file):
 
 
 def wait(browser, condition):
-    deadline = time.monotonic() + 20
+    deadline = time.monotonic() + PATIENCE
     while not browser.execute_script(f"return {condition}"):
         assert time.monotonic() < deadline, condition
         time.sleep(0.02)
+
+
+def seconds_to_open(browser, path):
+    start = time.monotonic()
+    browser.get(path.as_uri())
+    wait(browser, "document.querySelector('.caption').textContent !== ''")
+    return time.monotonic() - start
 
 
 def press(browser, key, shift=False):
@@ -75,13 +83,10 @@ def click(browser, selector):
 
 def test_it_opens_at_once_and_is_small(browser, page_file):
     assert page_file.stat().st_size < MOST_BYTES
-    took = []
-    for _ in range(3):  # a machine may be busy
-        start = time.monotonic()
-        browser.get(page_file.as_uri())
-        wait(browser, "document.querySelector('.caption').textContent !== ''")
-        took.append(time.monotonic() - start)
-    assert min(took) < MOST_SECONDS
+    empty = page_file.with_name("empty.html")
+    empty.write_text("<!DOCTYPE html><p class=caption>Nothing</p>")
+    nothing, took = (min(seconds_to_open(browser, path) for _ in range(3)) for path in (empty, page_file))
+    assert took < max(MOST_SECONDS, 40 * nothing)  # a machine may be slow
     assert browser.get_log("browser") == []
     assert not re.search(r"https?://(?!www\.w3\.org/)", page_file.read_text())
 

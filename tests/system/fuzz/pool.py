@@ -17,9 +17,8 @@ from random import Random
 from .kinds import KINDS
 
 WORKER = Path(__file__).with_name("worker.py")
-SECONDS = 20.0
-"""Within which every input must be dealt with; the first of a worker also starts Mitsuba."""
-STARTING = 40.0
+SECONDS = 150.0
+"""After which an input is taken to hang: far more than any needs, as a machine may be slow and shared."""
 RENEWED_AFTER = 250
 """Inputs after which a worker is replaced, as Mitsuba keeps some memory of every scene."""
 
@@ -79,11 +78,10 @@ class Worker:
         if self.process is None or self.inputs >= RENEWED_AFTER:
             self.stop()
             self.start()
-        limit = SECONDS if self.inputs else STARTING
         self.inputs += 1
         self.process.stdin.write(json.dumps({"arguments": arguments, "folder": str(folder)}) + "\n")
         self.process.stdin.flush()
-        ready, _, _ = select.select([self.process.stdout], [], [], limit)
+        ready, _, _ = select.select([self.process.stdout], [], [], SECONDS)
         answer = self.process.stdout.readline() if ready else None
         if answer:
             return json.loads(answer)["code"]

@@ -23,9 +23,9 @@ def judge_all(seeds, folder):
 
     verdicts = {one: (code, wrong) for one, code, wrong in run_all(inputs, folder, WORKERS, judge)}
     assert len(verdicts) == len(inputs)
-    for kind, seed in [one for one, (code, wrong) in verdicts.items() if wrong and code < 0]:
-        # What Mitsuba has read beyond its memory for an earlier input may kill the process at a later one. A person's
-        # command has a process of its own.
+    for kind, seed in [one for one, (code, wrong) in verdicts.items() if wrong and (code is None or code < 0)]:
+        # A busy machine may have taken too long; and what Mitsuba has read beyond its memory for an earlier input may
+        # kill the process at a later one. A person's command has a process of its own.
         again = folder / "again" / f"{kind} {seed}"
         again.mkdir(parents=True)
         ((_, *verdict),) = run_all([(kind, seed)], again, 1, judge)
