@@ -84,3 +84,52 @@ def test_a_worker_that_has_enough_gets_nothing():
     taken, rest = pool.take("a")
     assert taken is not None
     assert rest is None  # a fair share of four seconds is more than a unit
+
+
+def pool_of(at_work, **kept):
+    """Return a pool in which ``at_work`` workers have nothing in hand, and units are kept of several."""
+    pool = Pool()
+    for worker in at_work:
+        pool.gave(worker, [])
+    pool.kept = dict(kept)
+    return pool
+
+
+def test_about_two_thirds_of_the_time_is_given_out_at_once():
+    units = [unit(k, seconds) for k, seconds in enumerate([3, 3, 0.8, 0.8, 0.8, 0.8, 0.8])]
+    assert sum(one.seconds for one in Pool().keep_back("a", units)) == 6
+    # two of them in any case, one to draw and one to wait
+    assert len(Pool().keep_back("a", [unit(0, 6.0), unit(1, 3.0), unit(2, 1.0)])) == 2
+
+
+def test_who_has_nothing_takes_from_who_has_most_left():
+    pool = pool_of("abc", a=[unit(0, 1.0)], b=[unit(1, 1.0), unit(2, 1.0)], c=[])
+    taken, _ = pool.take("c")
+    assert taken.region.first == PIXELS
+
+
+def test_a_piece_is_a_share_of_what_is_left_and_the_rest_is_next():
+    """Of 8 + 0.5 s left two workers take a quarter each; what is cut off is still the longest."""
+    long, short = unit(0, 8.0), unit(1, 0.5)
+    pool = pool_of("ab", a=[long, short])
+    taken, rest = pool.take("b")
+    assert taken is long
+    assert abs(taken.seconds - 8.5 / 4) <= 8 / PIXELS
+    assert pool.kept["a"] == [rest, short]
+    assert rest.seconds == 8 - taken.seconds
+    assert pool.take("a")[0] is rest
+
+
+def test_nothing_is_cut_into_crumbs():
+    """A fair share of 0.28 s would be 0.07."""
+    assert pool_of("ab", a=[unit(0, 0.28)]).take("a")[1] is None
+    taken, rest = pool_of("ab", a=[unit(0, 0.4)]).take("a")
+    assert abs(taken.seconds - 0.2) <= 0.4 / PIXELS
+    assert rest is not None
+
+
+def test_of_a_cut_unit_each_part_takes_the_time_of_its_samples():
+    counts = np.array([70, 10, 10, 10], np.uint32)
+    one = Unit(Region(0, 4), counts, counts, 10.0)
+    rest = cut(one, 0.5)
+    assert (one.region.size, one.seconds, rest.seconds) == (1, 7.0, 3.0)

@@ -6,7 +6,7 @@ import numpy as np
 from dask.sizeof import sizeof
 
 from tracer.cluster.regions import Region
-from tracer.cluster.sums import Sums, cut, pack, write
+from tracer.cluster.sums import TRASH, Sums, by_source, cut, pack, packed, write
 from tracer.estimate import Estimate
 from tracer.frame import PlainFrame
 
@@ -47,4 +47,26 @@ def test_another_process_gets_the_same_sums():
         part = Estimate(frame(5), 1, 1)
         one.fill(part, 4)
         assert all(np.array_equal(a, b[4:9]) for a, b in zip(part.state()[1:], estimate.state()[1:], strict=True))
+        one.fill(part, 0)
+        assert all(np.array_equal(a, b[:5]) for a, b in zip(part.state()[1:], estimate.state()[1:], strict=True))
     assert sizeof(sums) == sizeof(sent) == len(sums.packed())
+
+
+def test_sums_in_one_piece_are_fetched_at_once():
+    first, second = object(), object()
+    regions = [Region(0, 1, first), Region(1, 2, second), Region(3, 1), Region(4, 2, first, skip=4)]
+    assert by_source(regions) == [[regions[0], regions[3]], [regions[1]]]
+
+
+def test_a_part_of_the_whole_is_packed_by_its_place():
+    arrays = [np.arange(9, dtype=np.uint32), np.arange(9) / 3]
+    found = cut(packed(arrays, 3, 4), [each.dtype for each in arrays], 0, 4)
+    assert [list(each) for each in found] == [list(each[3:7]) for each in arrays]
+
+
+def test_arrays_of_a_device_are_left_to_its_thread():
+    TRASH.clear()
+    sums = Sums(filled(3))
+    strip = sums.strip
+    del sums
+    assert TRASH.pop()[0] is strip
