@@ -100,6 +100,21 @@ def test_no_pixel_is_drawn_twice_between_windows():
     assert drawn == expected
 
 
+def test_what_is_traced_beside_others_is_not_added():
+    """Of 20 samples a pixel three have 5 left each: their packets hold samples that there are."""
+    after = np.full(6, 20, np.uint32)
+    drawn = after.copy()
+    drawn[[1, 2, 4]] = 15
+    window = Line(Stretch(0, 0 * after, after), drawn).take(1000)
+    assert window.sample_count == 15 < window.lane_count
+    begin, end = (lanes.numpy().astype(int) for lanes in window.lanes_of(0, 6))
+    assert (end - begin).tolist() == [0, 5, 5, 0, 5, 0]
+    pixel, index = lane_pixels(window)
+    added = [lane for first, last in zip(begin, end, strict=True) for lane in range(first, last)]
+    assert np.array_equal(pixel.numpy()[added], np.repeat([1, 2, 4], 5))
+    assert np.array_equal(index.numpy()[added], np.tile(np.arange(15, 20), 3))
+
+
 def test_lines_longer_than_32_bits():
     counts = np.array([2**31, 2**31, 7, 2**31], np.uint32)
     first = np.array([0, 5, 0, 0], np.uint32)

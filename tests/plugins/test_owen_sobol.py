@@ -228,6 +228,25 @@ def test_cycles_of_pairs_are_nets_and_differ():
     assert np.count_nonzero(together) > 32  # a copy of the first, scrambled, would fill 8 of 64
 
 
+def test_an_order_is_the_product_with_all_digits_of_its_polynomial():
+    """Without carry, and towards lower bits: what falls off is lost."""
+    index = 0xDEADBEEF
+    for pair, polynomial in enumerate(pairings.POLYNOMIALS):
+        expected = 0
+        for k, digit in enumerate(f"{polynomial:b}"[::-1]):
+            expected ^= int(digit) * (index >> k)
+        assert int(owen_sobol.reorder(mi.UInt32(index), mi.UInt32(pair))[0]) == expected
+    assert max(pairings.POLYNOMIALS).bit_length() == pairings.DEGREE
+
+
+def test_later_cycles_are_shuffled_anew():
+    """One pair in its second and third cycle: in one order for both, cells of 8 x 8 would be met in eight, or in 64."""
+    pairs = len(pairings.POLYNOMIALS)
+    second, third = points(64, skip=2 + pairs), points(64, skip=2 + 2 * pairs)
+    together = np.histogram2d(second[0], third[0], bins=8)[0]
+    assert 24 < np.count_nonzero(together) < 60  # at random 64 (1 - exp(-1)) = 40
+
+
 def test_dependence_is_that_of_ranks():
     rng = np.random.default_rng(3)
     rows = [rng.integers(0, 32, 200).astype(np.uint64) for _ in range(4)]
