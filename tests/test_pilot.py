@@ -198,3 +198,11 @@ def test_the_mean_over_shapes_goes_by_instances_and_leaves_one_where_nothing_is_
     assert np.all(found[[0, 1, 6, 7]] == 1)
     assert sorted([found[3, 1], found[3, 6]]) == [3, 5]
     assert np.ptp(found[2:6, :4]) == np.ptp(found[2:6, 4:]) == 0
+
+
+def test_blocks_at_the_edge_do_not_look_beyond_the_image():
+    """4 rows of 8 pixels show -0.5 to 0.5; a plane below would be seen by the lower half of a block of 8."""
+    below = {"type": "rectangle", "to_world": T().translate([0, -1.5, 0])}
+    assert not measure(orthographic({"a": below}, 8, 4), block=8).hit.any()
+    inside = {"type": "rectangle", "to_world": T().translate([0, -1.4, 0])}
+    assert measure(orthographic({"a": inside}, 8, 4), block=8).hit.any()

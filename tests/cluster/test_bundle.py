@@ -138,3 +138,24 @@ def test_workers_without_the_scene_get_it(name, request, two_workers, monkeypatc
     define = {"name": "wood"} if name == "scene" else {}
     found = tracer.render(scene, spp=8, define=define, cluster=two_workers)
     assert np.array_equal(found.image, tracer.render(scene, spp=8, define=define).image)
+
+
+def test_files_that_an_included_scene_names_are_beside_it(tmp_path):
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "sub" / "face.ply").write_text(PLY)
+    shape = '<shape type="ply"><string name="filename" value="face.ply"/></shape>'
+    (tmp_path / "sub" / "more.xml").write_text(f'<scene version="3.0.0">{shape}</scene>')
+    path = tmp_path / "scene.xml"
+    path.write_text(f'<scene version="3.0.0">{LIT}<include filename="sub/more.xml"/></scene>')
+    assert tmp_path / "sub" / "face.ply" in contents_of(path, {})[0]
+
+
+def test_a_link_arrives_by_the_name_that_the_scene_has_for_it(tmp_path):
+    (tmp_path / "project").mkdir()
+    (tmp_path / "face.ply").write_text(PLY)
+    (tmp_path / "project" / "link.ply").symlink_to(tmp_path / "face.ply")
+    path = tmp_path / "project" / "scene.xml"
+    shape = '<shape type="ply"><string name="filename" value="link.ply"/></shape>'
+    path.write_text(f'<scene version="3.0.0">{LIT}{shape}</scene>')
+    unpack(pack(path, {}), tmp_path / "there")
+    assert (tmp_path / "there" / "link.ply").read_text() == PLY
