@@ -169,5 +169,5 @@ def test_targets_that_are_all_rounded_down_leave_no_samples_over():
     """Of 2^4.1 to 2^4.4 all would be 16: a part of them, that with the most, is 32."""
     target = 2.0 ** np.random.default_rng(7).uniform(4.1, 4.4, 5000)
     suited = budget.suit_sequence(target, target.sum(), 1, 1e6)
-    assert (np.isclose(suited, 16) | np.isclose(suited, 32)).mean() > 0.95
+    assert (np.isclose(suited, 16) | np.isclose(suited, 32)).mean() > 0.9
     assert suited[target > 2**4.37].mean() > 31
