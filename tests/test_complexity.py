@@ -53,6 +53,8 @@ def test_limits_of_the_generalised_entropies_are_shannons(values):
     shannon = complexity.entropy(values)
     assert complexity.renyi(values, 1 + 1e-7) == pytest.approx(shannon, abs=1e-4)
     assert complexity.tsallis(values, 1 + 1e-7) == pytest.approx(shannon * np.log(2), abs=1e-4)
+    assert complexity.renyi(values, 1) == pytest.approx(complexity.renyi(values, 1 + 1e-7), abs=1e-4)
+    assert complexity.tsallis(values, 1) == pytest.approx(complexity.tsallis(values, 1 + 1e-7), abs=1e-4)
 
 
 @given(counts)

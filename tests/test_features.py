@@ -129,7 +129,19 @@ def test_unfiltered_is_what_a_box_filter_gives(border):
         assert np.array_equal(stacked(found), stacked(expected))
 
 
-def test_instances_are_told_apart_and_shapes_without_a_name_have_that_of_their_class():
+def test_a_shape_without_a_name_has_that_of_its_class():
+    """As meshes that Mitsuba has merged, in a scene that it has loaded itself."""
+    camera = wall()["sensor"]
+    alike = {"type": "cube", "grey": {"type": "ref", "id": "grey"}}
+    cubes = {name: alike | {"to_world": T().translate([x, 0, 0])} for name, x in (("a", -2), ("b", 2))}
+    grey = {"type": "diffuse", "id": "grey"}
+    scene = mi.load_dict({"type": "scene", "integrator": {"type": "path"}, "sensor": camera, "grey": grey, **cubes})
+    assert [shape.id() for shape in scene.shapes()] == [""]
+    with open_scene(scene) as view:
+        assert shape_numbers(view)[1] == [type(scene.shapes()[0]).__name__]
+
+
+def test_instances_are_told_apart():
     """Two instances of a cube, left and right of the middle."""
     scene = wall()
     group = {"type": "shapegroup", "first": {"type": "cube", "to_world": T().scale(0.2)}}
