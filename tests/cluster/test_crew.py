@@ -12,7 +12,7 @@ from tracer.cluster import crew
 from tracer.cluster.crew import Crew
 from tracer.cluster.hire import hire
 from tracer.errors import SceneMissingError
-from tracer.source import fingerprint
+from tracer.fingerprint import fingerprint
 
 SCENE = Path(scenes.__file__).parent / "spheres_and_rods.xml"
 LONGEST = 300

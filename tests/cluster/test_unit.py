@@ -13,10 +13,10 @@ from tracer.cluster import unit
 from tracer.cluster.setup import Setup, Work, software
 from tracer.cluster.stage import close_stage
 from tracer.errors import ClusterError
+from tracer.fingerprint import fingerprint
 from tracer.here import Here
 from tracer.line import Stretch
 from tracer.scene import open_scene
-from tracer.source import fingerprint
 
 SCENE = Path(scenes.__file__).parent / "spheres_and_rods.xml"
 WORK = Work(software(), None, 1 << 20, 5, 0.25)
