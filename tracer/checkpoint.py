@@ -29,7 +29,7 @@ from tracer.state import Arrays, State
 from tracer.version import version
 from tracer.wording import option
 
-FORMAT = 1
+FORMAT = 2
 """Changed when older files cannot be gone on from any more."""
 EVERY_SECONDS = 60.0
 LONGEST_SHARE = 0.05

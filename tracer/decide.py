@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
-from tracer import budget
+from tracer import bias, budget
 from tracer.criteria import Criterion, Evidence
 from tracer.estimate import Statistics
 from tracer.quantities import mean_count
@@ -20,6 +20,8 @@ Counts = NDArray[np.uint32]
 RAYS_PER_DECISION = 3.5
 """What a round of its own costs, per pixel, in rays of a sample: statistics, importance, another pass. On eight scenes
 of 49 000 pixels it took 10 to 16 ms with two threads, and a ray 50 to 130 ns."""
+MOST_BY_CHANCE = 0.25
+"""Largest part of a round's samples that is given to pixels by chance."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +35,8 @@ class Decision:
     note: str = ""
     importance: Floats | None = None
     """(H, W): by which they are shared out; None where all pixels are to have the same."""
+    chance: NDArray[np.float32] | None = None
+    """(H, W): with which each pixel has a sample in this round; None where that was not left to chance."""
 
 
 @dataclass(frozen=True)
@@ -85,17 +89,44 @@ def decide(
             now = replace(now, goal=now.total) if now.may_settle else now
             counts = share_out(evidence.wanted, evidence.wanted, settings, now, True, generator)
             return Decision(counts, now.may_settle, note)
-    counts = share_out(importance, evidence.wanted, settings, now, criterion.spends == "deviation", generator)
+    if criterion.spends == "deviation":
+        return share_out_with_chances(importance, evidence.wanted, settings, now, generator)
+    counts = share_out(importance, evidence.wanted, settings, now, False, generator)
     return Decision(counts, importance=importance)
 
 
+def share_out_with_chances(
+    importance: Floats, wanted: Floats, settings: Settings, now: Situation, generator: np.random.Generator
+) -> Decision:
+    """Share out the samples of a round; pixels that would get none may have one by chance, see ``tracer.bias``."""
+    chance = bias.chances(importance)
+    picked = (generator.random(chance.shape) < chance) & (wanted > 0) & (now.drawn < settings.most_samples)
+    if picked.sum() > MOST_BY_CHANCE * (now.goal - now.drawn.sum()):
+        picked[:] = False
+    counts = share_out(importance, wanted, settings, now, True, generator, now.drawn + picked)
+    more = counts.astype(np.int64) - now.drawn
+    by_chance = (more == 0) | ((more == 1) & picked)
+    return Decision(counts, importance=importance, chance=np.where(by_chance, chance, 1).astype(np.float32))
+
+
 def share_out(
-    importance: Floats, wanted: Floats, settings: Settings, now: Situation, suits: bool, generator: np.random.Generator
+    importance: Floats,
+    wanted: Floats,
+    settings: Settings,
+    now: Situation,
+    suits: bool,
+    generator: np.random.Generator,
+    at_least: Counts | None = None,
 ) -> Counts:
-    """Return counts (H, W) in proportion to importance, within bounds; ``suits``: most of them powers of two."""
+    """Return counts (H, W) in proportion to importance, within bounds; ``suits``: most of them powers of two.
+
+    ``at_least`` (H, W): counts that no pixel is to fall below, beside those of the settings.
+    """
     if np.ptp(importance) == np.ptp(now.drawn) == 0 and now.goal % importance.size == 0:
         return np.full(importance.shape, now.goal // importance.size, np.uint32)
     least = least_counts(wanted, settings, now, settings.least_samples)
+    if at_least is not None and np.maximum(least, at_least).sum() <= now.goal:
+        least = np.maximum(least, at_least)
     target = budget.fill(importance, now.goal, least, settings.most_samples)
     if suits:  # other criteria are as they say, and not as we would
         target = budget.suit_sequence(target, now.goal, least, settings.most_samples)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from tracer import criteria, memory, objective, pilot, threads
+from tracer import bias, criteria, memory, objective, pilot, threads
 from tracer.checkpoint import Keeper
 from tracer.decide import Decision, Situation, decide, share_out
 from tracer.denoise import load as load_denoiser
@@ -120,6 +120,16 @@ class Rendering:
         return self.settings.unbiased and self.criterion.needs_radiance and not self.settings.too_small
 
     @property
+    def loses_light(self) -> bool:
+        """Whether samples that decide are in the picture, in such a way that the bias can be measured."""
+        return self.criterion.needs_radiance and self.criterion.spends == "deviation" and not self.settings.unbiased
+
+    @property
+    def unbiased_so_far(self) -> bias.UnbiasedMean:
+        """The unbiased mean of all rounds before the last."""
+        return self.state.unbiased or bias.UnbiasedMean.nothing(self.view.grid, len(self.view.channels))
+
+    @property
     def measures(self) -> bool:
         """Whether it is measured from round to round how noisy the picture is."""
         return self.settings.noise is not None or self.terms.denoise
@@ -176,8 +186,10 @@ class Rendering:
             self.start_over()
         if state.held_out is not None:
             goal -= int(state.held_out_samples)
+        if self.loses_light and known is not None:
+            state.unbiased = self.unbiased_so_far.after(state.before, known)
         decision = self.decide(known, state.before, goal)
-        state.before, state.allocation = known, decision.allocation
+        state.before, state.allocation, state.chance = known, decision.allocation, decision.chance
 
     def start_over(self) -> None:
         """Put aside all samples drawn so far, and draw others from here on."""
@@ -361,11 +373,13 @@ class Rendering:
         entropy = self.look().shape_entropy if state.looked else None
         drawn = self.view, self.sampler, self.settings.seed
         seen = self.timed("seconds_features", see, *drawn, statistics.count) if self.terms.features else None
+        lost = self.lost_light(image, stderr, statistics)
         noisy = None
         if self.terms.denoise:
-            noisy = image[..., : self.view.colour_channels]
+            noisy = (image + lost)[..., : self.view.colour_channels]
             found = image, stderr, statistics, state.meter.scale
             image = self.timed("seconds_denoising", without_noise, *drawn, *found)
+        image = image + lost
         report.elsewhere = self.drawer.describe()
         report.describe(self.view, statistics, state.done, self.noise)
         if not self.view.scene.emitters() and not np.any(image[..., : self.view.colour_channels]):
@@ -386,6 +400,21 @@ class Rendering:
             seconds=time.perf_counter() - self.start,
             report=report,
         )
+
+    def lost_light(
+        self, image: NDArray[np.float32], stderr: NDArray[np.float32], known: Statistics
+    ) -> NDArray[np.float32]:
+        """Return what has to be added to the picture (H, W, C) for the light that deciding has lost."""
+        state, inner, colours = self.state, self.view.inner, self.view.colour_channels
+        if not self.loses_light or state.unbiased is None:
+            return np.zeros_like(image)
+        if state.allocation is None:
+            mean = self.unbiased_so_far.closed(state.before, known, state.chance)
+        else:
+            mean = self.unbiased_so_far.given_up(known)
+        lost = bias.lost_light(image, stderr, mean.above(known)[inner], colours)
+        self.report.light_given_back = bias.part_of(lost, image, colours)
+        return lost
 
     def layer(self, values: NDArray | None) -> NDArray[np.float32]:
         """Return the part of ``values`` (grid) that is in the image; zeros if there are none."""

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from tracer import backend, checkpoint
+from tracer import backend, bias, checkpoint
+from tracer.bias import UnbiasedMean
 from tracer.checkpoint import Checkpoint, differences
 from tracer.errors import CheckpointError
 from tracer.estimate import Estimate
@@ -18,7 +19,7 @@ from tracer.frame import PlainFrame
 from tracer.parts import missing
 from tracer.result import Report, Result
 from tracer.settings import MOST_SPP, make_settings
-from tracer.state import part
+from tracer.state import before_of, part, unbiased_of
 
 
 def merge(paths: Sequence[Path], output: Path | None = None) -> tuple[Result, Checkpoint]:
@@ -35,6 +36,7 @@ def merge(paths: Sequence[Path], output: Path | None = None) -> tuple[Result, Ch
     if other := differences({"variant": variant}, {"variant": first.identity["variant"]}):
         raise CheckpointError(f"'{paths[0]}' cannot be merged here: {other[0]}.")
     total = sums(first)
+    unbiased = unbiased_mean(first, total)
     sources, done = list(first.sources), int(first.plain["done"])
     for path in paths[1:]:
         kept = checkpoint.read(path)
@@ -45,14 +47,29 @@ def merge(paths: Sequence[Path], output: Path | None = None) -> tuple[Result, Ch
                 f"'{path}' holds samples that are in those before it ({', '.join(twice)}); "
                 "render parts of one picture with --part, or with different seeds."
             )
-        total.merge(sums(kept))
+        others = sums(kept)
+        theirs = unbiased_mean(kept, others)
+        unbiased = unbiased.merged(theirs) if unbiased is not None and theirs is not None else None
+        total.merge(others)
         sources += kept.sources
         done += int(kept.plain["done"])
     whole = replace(first, sources=sources, plain={"done": done})
     if output is not None:
         arrays = {f"estimate.{k}": array for k, array in enumerate(total.state())}
+        if unbiased is not None:
+            arrays |= {f"unbiased.{name}": array for name, array in vars(unbiased).items()}
         checkpoint.write(replace(whole, path=output, arrays=arrays))
-    return picture(total, whole, time.perf_counter() - start), whole
+    return picture(total, unbiased, whole, time.perf_counter() - start), whole
+
+
+def unbiased_mean(kept: Checkpoint, total: Estimate) -> UnbiasedMean | None:
+    """Return the unbiased mean of a checkpoint with these sums; None where deciding has lost no light."""
+    unbiased = unbiased_of(kept.arrays)
+    if unbiased is None or "drawn" not in kept.arrays:  # a merge has no rounds
+        return unbiased
+    if "allocation" in kept.arrays:
+        return unbiased.given_up(total.statistics())
+    return unbiased.closed(before_of(kept.arrays), total.statistics(), kept.arrays.get("chance"))
 
 
 def sums(kept: Checkpoint) -> Estimate:
@@ -79,11 +96,15 @@ def restored(kept: Checkpoint, name: str) -> Estimate:
     return estimate
 
 
-def picture(total: Estimate, whole: Checkpoint, seconds: float) -> Result:
+def picture(total: Estimate, unbiased: UnbiasedMean | None, whole: Checkpoint, seconds: float) -> Result:
     """Return the result of a merged estimate."""
     frame = total.view
     image, stderr = total.develop()
     statistics = total.statistics()
+    lost = np.zeros_like(image)
+    if unbiased is not None:
+        colours = frame.colour_channels
+        lost = bias.lost_light(image, stderr, unbiased.above(statistics)[frame.inner], colours)
     spp = min(max(round(whole.plain["done"] / frame.pixel_count), 1), MOST_SPP)
     chosen = {name: value for name, value in whole.settings.items() if name not in ("min_spp", "max_spp", "pilot_spp")}
     report = Report(make_settings(**{**chosen, "spp": spp, "unbiased": False}), stopped_by="spp")
@@ -91,9 +112,10 @@ def picture(total: Estimate, whole: Checkpoint, seconds: float) -> Result:
     if absent := missing(whole.sources):
         report.note(absent)
     report.describe(frame, statistics, whole.plain["done"], None)
+    report.light_given_back = bias.part_of(lost, image, frame.colour_channels)
     nothing = np.zeros(frame.size, np.float32)
     return Result(
-        image=image,
+        image=image + lost,
         samples=statistics.count[frame.inner],
         stderr=stderr,
         complexity=nothing,

@@ -51,6 +51,8 @@ class Report:
     """Error that ``noise_share`` of the pixels are estimated to keep within; None without a noise target."""
     converged: float | None = None
     """Share of the pixels that are estimated to be within the noise target; None without one."""
+    light_given_back: float = 0.0
+    """Part of the picture's mean that was lost by deciding, and given back: see ``tracer.bias``."""
     pixels_at_most: int = 0
     """Pixels that have as many samples as any may have."""
     histogram: dict[str, int] = field(default_factory=dict)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.bias import UnbiasedMean
 from tracer.estimate import Estimate, Statistics
 from tracer.noise import NoiseMeter
 from tracer.result import Round
@@ -41,6 +42,10 @@ class State:
     """Whether pilot rays were traced; as they are keyed, they can be traced again."""
     importance: NDArray[np.float32] | None = None
     """(grid): by which the last round was decided."""
+    unbiased: UnbiasedMean | None = None
+    """Of all rounds before the last; None where samples that decide are not in the picture, or none decide."""
+    chance: NDArray[np.float32] | None = None
+    """(grid): with which each pixel had a sample in the last round; None where that was not left to chance."""
     meter: NoiseMeter = field(default_factory=NoiseMeter)
     rounds: list[Round] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
@@ -61,11 +66,13 @@ class State:
     def pack(self) -> tuple[Arrays, dict[str, Any]]:
         """Return arrays by name, and the rest as plain values for JSON."""
         arrays: Arrays = {"drawn": self.drawn}
-        optional = {"allocation": self.allocation, "importance": self.importance}
+        optional = {"allocation": self.allocation, "importance": self.importance, "chance": self.chance}
         optional |= {"meter.image": self.meter.image, "meter.count": self.meter.count}
         arrays |= {name: array for name, array in optional.items() if array is not None}
         if self.before is not None:
             arrays |= {f"before.{name}": array for name, array in vars(self.before).items()}
+        if self.unbiased is not None:
+            arrays |= {f"unbiased.{name}": array for name, array in vars(self.unbiased).items()}
         for name, estimate in (("estimate", self.estimate), ("held_out", self.held_out)):
             if estimate is not None:
                 arrays |= {f"{name}.{k}": array for k, array in enumerate(estimate.state())}
@@ -94,12 +101,23 @@ class State:
                 raise ValueError(f"{name} is of another kind")
             setattr(self, name, plain[name])
         self.drawn, self.allocation = arrays["drawn"], arrays.get("allocation")
-        self.importance = arrays.get("importance")
-        fields = {name.removeprefix("before."): array for name, array in arrays.items() if name.startswith("before.")}
-        self.before = Statistics(**fields) if fields else None
+        self.importance, self.chance = arrays.get("importance"), arrays.get("chance")
+        self.before, self.unbiased = before_of(arrays), unbiased_of(arrays)
         self.meter = NoiseMeter(arrays.get("meter.image"), arrays.get("meter.count"), plain["factor"], plain["scale"])
         self.rounds = [Round(**one) for one in plain["rounds"]]
         self.generator.bit_generator.state = plain["generator"]
+
+
+def before_of(arrays: Arrays) -> Statistics | None:
+    """Return what was known when the last round was decided."""
+    fields = {name.removeprefix("before."): array for name, array in arrays.items() if name.startswith("before.")}
+    return Statistics(**fields) if fields else None
+
+
+def unbiased_of(arrays: Arrays) -> UnbiasedMean | None:
+    """Return the unbiased mean of all rounds before the last."""
+    fields = {name.removeprefix("unbiased."): array for name, array in arrays.items() if name.startswith("unbiased.")}
+    return UnbiasedMean(**fields) if fields else None
 
 
 def part(arrays: Arrays, name: str) -> list[NDArray]:
