@@ -14,7 +14,8 @@ def part(cornell, path, seed, **settings):
 
 def test_a_merge_is_the_mean_by_counts(cornell, tmp_path):
     paths = [tmp_path / f"{k}.ckpt" for k in range(3)]
-    parts = [part(cornell, path, seed, spp=spp) for path, seed, spp in zip(paths, (1, 2, 3), (8, 16, 40), strict=True)]
+    budgets = zip(paths, (1, 2, 3), (8, 16, 40), strict=True)
+    parts = [part(cornell, path, seed, spp=spp, criterion="shape_entropy") for path, seed, spp in budgets]
     result, whole = merge(paths, tmp_path / "all.ckpt")
     counts = np.stack([each.samples for each in parts]).astype(np.float64)
     images = np.stack([each.image for each in parts])

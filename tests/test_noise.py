@@ -125,10 +125,10 @@ def test_moves_are_weighed_by_the_objective_and_predicted_from_the_counts_around
     """A picture with alpha that is three times as dense as before, more or less from pixel to pixel."""
     random = np.random.default_rng(5)
     frame = PlainFrame(FRAME.size, 0, ["R", "G", "B", "A"], 1, FRAME.window)
-    settings = make_settings(noise=0.1, objective="relative", noise_share=0.8)
+    settings = make_settings(objective="relative", noise_share=0.8)
     old, new, stderr = (random.lognormal(0, 1, (*FRAME.size, 4)).astype(np.float32) for _ in range(3))
     for each in (old, new, stderr):
-        each[..., 3] *= 100  # alpha is no colour
+        each[..., 3] *= 100  # alpha counts for a noise target alone
     counts = [random.integers(1, 9, FRAME.size).astype(np.uint32)]
     counts.append(counts[0] + random.integers(0, 30, FRAME.size).astype(np.uint32))
     root = 1 / np.sqrt((new[..., :3] @ [0.2126, 0.7152, 0.0722]) ** 2 + 0.01)
@@ -143,6 +143,9 @@ def test_moves_are_weighed_by_the_objective_and_predicted_from_the_counts_around
     found = NoiseMeter().look(frame, settings, new, stderr)
     errors = abs(deviation * random.normal(size=(200, *FRAME.size)))
     assert found.error == pytest.approx(np.quantile(errors, 0.8), rel=5e-3)
+    plain = PlainFrame(FRAME.size, 0, ["R", "G", "B"], 1, FRAME.window)
+    target = make_settings(objective="relative", noise_share=0.8, noise=0.1)
+    found = NoiseMeter().look(plain, target, new[..., :3], stderr[..., :3])
     assert found.converged == pytest.approx((errors < 0.1).mean(), abs=2e-3)
 
 

@@ -59,7 +59,8 @@ class Checkpoint:
 def write(checkpoint: Checkpoint) -> None:
     """Write a checkpoint. Raises OutputError; what was there before is there still."""
     header = {name: value for name, value in vars(checkpoint).items() if name not in ("path", "arrays")}
-    text = np.frombuffer(json.dumps({"format": FORMAT, **header}).encode(), np.uint8)
+    header |= {"format": FORMAT, "names": sorted(checkpoint.arrays)}
+    text = np.frombuffer(json.dumps(header).encode(), np.uint8)
     files.write_arrays(checkpoint.path, {HEADER: text, **checkpoint.arrays}, durable=True)
 
 
@@ -92,6 +93,8 @@ def require_kinds(header: dict[str, Any], arrays: Arrays) -> dict[str, Any]:
     plain = all(isinstance(header[name], dict) for name in ("identity", "frame", "plain", "settings"))
     if not plain or type(header["plain"]["done"]) is not int or not isinstance(header["identity"]["variant"], str):
         raise ValueError("no entries")
+    if header.pop("names") != sorted(arrays):
+        raise ValueError("arrays are missing")
     if not all(isinstance(source, str) for source in header["sources"]):
         raise ValueError("no sources")
     if not all(array.dtype.kind in "iuf" for array in arrays.values()):
