@@ -70,7 +70,7 @@ def test_without_the_package_it_is_said_before_the_first_ray(cornell, monkeypatc
     def drawn(now):
         raise AssertionError
 
-    with pytest.raises(DenoiseError, match=r"tracer\[denoise\]"):
+    with pytest.raises(DenoiseError, match=r"pip install \"\.\[denoise\]"):
         tracer.render(cornell(), spp=4, denoise=True, progress=drawn)
 
 

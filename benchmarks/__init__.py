@@ -1,0 +1,1 @@
+"""What measures tracer and is not part of it: run with ``python -m benchmarks.NAME`` from a checkout."""

@@ -1,0 +1,112 @@
+"""How far the mean of adaptive pictures is off, and what it costs to give back what is lost: results/bias.
+
+    python -m benchmarks.bias -o results/bias
+
+Every scene is rendered with uniform samples, by the default, and by the default that gives nothing back, with the same
+seeds; the truth is a uniform picture of many samples.
+"""
+
+from __future__ import annotations
+
+import json
+import platform
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Annotated, Any
+from unittest.mock import patch
+
+import numpy as np
+import typer
+from numpy.typing import NDArray
+from rich.progress import track
+
+import tracer
+from tracer import bias, files, score, source
+from tracer.study.gains import gain
+
+SIZE, BUDGETS, SEEDS, FIRST_SEED = 96, (16, 64), 64, 500
+REFERENCE_SPP, REFERENCE_SEED = 16384, 1000003
+METHODS: dict[str, dict[str, Any]] = {"uniform": {"criterion": "uniform"}, "given back": {}, "not given back": {}}
+
+
+@dataclass(frozen=True)
+class Row:
+    """One scene at one budget."""
+
+    scene: str
+    spp: int
+    bias: dict[str, tuple[float, float]]
+    """Of each method: relative error of the mean over seeds, and its standard error."""
+    spread: dict[str, float]
+    """Of each method: standard deviation of a picture's mean, relative."""
+    gain: dict[str, tuple[float, float, float]]
+    """Of each method but uniform: relMSE of uniform samples over its own, and the 95 % interval."""
+
+
+def bundled() -> dict[str, Any]:
+    """Return the scenes that come with tracer, and Mitsuba's Cornell box."""
+    import mitsuba as mi
+
+    folder = Path(__file__).parents[1] / "scenes"
+    scenes: dict[str, Any] = {path.stem: source.load(path) for path in sorted(folder.glob("*.xml"))}
+    return {"cornell_box": mi.load_dict(mi.cornell_box()), **scenes}
+
+
+def measure(name: str, scene: Any, spp: int, truth: NDArray[np.float32]) -> Row:
+    """Render a scene with all seeds and methods."""
+    errors: dict[str, list[float]] = {method: [] for method in METHODS}
+    means: dict[str, list[float]] = {method: [] for method in METHODS}
+    level = truth.mean(dtype=np.float64)
+    for seed in range(FIRST_SEED, FIRST_SEED + SEEDS):
+        for method, settings in METHODS.items():
+            with patch("tracer.bias.MOST", 0.0 if method == "not given back" else bias.MOST):
+                image = tracer.render(scene, size=SIZE, spp=spp, seed=seed, **settings).image[..., :3]
+            errors[method].append(score.relative_mse(image, truth))
+            means[method].append(float(image.mean(dtype=np.float64) / level - 1))
+    gains = {method: gain(errors[method], errors["uniform"], np.ones(SEEDS)).interval for method in METHODS}
+    spread = {method: float(np.std(values, ddof=1)) for method, values in means.items()}
+    return Row(
+        name,
+        spp,
+        {method: (float(np.mean(values)), spread[method] / SEEDS**0.5) for method, values in means.items()},
+        spread,
+        {method: (found.mean, found.low, found.high) for method, found in gains.items() if method != "uniform"},
+    )
+
+
+def table(rows: list[Row]) -> str:
+    """Return rows as Markdown."""
+    lines = [
+        "| scene | spp | bias, % | if nothing is given back | uniform | gain | if nothing is given back "
+        "| spread of the mean, % | uniform |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
+    for row in rows:
+        shown = [row.bias[method] for method in ("given back", "not given back", "uniform")]
+        biases = [f"{100 * mean:+.2f} ± {196 * error:.2f}" for mean, error in shown]
+        gains = ["{:.2f} [{:.2f}, {:.2f}]".format(*row.gain[method]) for method in ("given back", "not given back")]
+        spreads = [f"{100 * row.spread[method]:.2f}" for method in ("given back", "uniform")]
+        lines.append(f"| {row.scene} | {row.spp} | {' | '.join([*biases, *gains, *spreads])} |")
+    return "\n".join(lines) + "\n"
+
+
+def main(output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the results.")]) -> None:
+    """Measure the bias of the default on all bundled scenes; about a quarter of an hour on two cores."""
+    tracer.activate()
+    output.mkdir(parents=True, exist_ok=True)
+    rows = []
+    for name, scene in track(list(bundled().items()), "Scenes"):
+        reference = tracer.render(scene, size=SIZE, spp=REFERENCE_SPP, seed=REFERENCE_SEED, criterion="uniform")
+        truth = reference.image[..., :3]
+        rows += [measure(name, scene, spp, truth) for spp in BUDGETS]
+        files.write_text(output / "results.json", json.dumps([asdict(row) for row in rows], indent=1) + "\n")
+    conditions = (
+        f"{SIZE} pixels wide, seeds {FIRST_SEED} to {FIRST_SEED + SEEDS - 1}, references of {REFERENCE_SPP} spp with "
+        f"uniform samples; {platform.machine()}. Bias: error of a picture's mean and its 95 % interval. Gain: relMSE "
+        "of uniform samples over that of the default, same samples. Spread: standard deviation of a picture's mean.\n"
+    )
+    files.write_text(output / "results.md", f"# Bias\n\n{conditions}\n{table(rows)}")
+
+
+if __name__ == "__main__":
+    typer.run(main)
