@@ -25,6 +25,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_the_tutorial(folder):
     results = run_study(read_plan(folder / "mine.toml"), folder / "mine")
     assert not results.failures

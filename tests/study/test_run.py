@@ -194,6 +194,7 @@ def test_a_method_that_never_works(scene, tmp_path, monkeypatch):
     assert {one.method for one in results.tables()[1]} == {"uniform", "fused"}
 
 
+@pytest.mark.slow
 def test_a_budget_in_seconds_is_spent(scene, tmp_path):
     tracer.render(scene, size=64, spp=16)  # compiles
     start = time.monotonic()
@@ -206,6 +207,7 @@ def test_a_budget_in_seconds_is_spent(scene, tmp_path):
     assert {row.budget for row in results.tables()[0]} == {f"{seconds:g} s"}
 
 
+@pytest.mark.slow
 def test_references_are_good_enough_or_it_is_said(scene, tmp_path):
     results = run_study(plan_of(scene, spp=[4], size=64, reference_spp=2**17), tmp_path / "good")
     smallest = min(one.scores.relative_mse for one in results.measurements)
@@ -299,6 +301,7 @@ def test_damaged_pictures_are_made_again(scene, tmp_path, monkeypatch):
     assert len(results.measurements) == 12
 
 
+@pytest.mark.slow
 def test_results_of_more_scenes_stay(scene, tmp_path):
     other = scene.with_name("other.xml")
     other.write_text(scene.read_text())

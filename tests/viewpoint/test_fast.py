@@ -24,6 +24,7 @@ def subject():
     return open_subject(mi.load_dict({"type": "scene", **balls}))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("background", [True, False])
 @pytest.mark.parametrize("lens", [Orthographic(1.6), Perspective(60), WholeSphere()])
 def test_standard_errors_cover(subject, lens, background):
@@ -55,6 +56,7 @@ def test_the_error_falls_with_the_square_root_of_the_rays(subject):
     assert slope == pytest.approx(-0.5, abs=0.06)
 
 
+@pytest.mark.slow
 def test_the_correction_removes_the_bias_of_few_rays(subject):
     view = around(subject.centre, 4, sphere.normalised([[1.0, 2.0, 3.0]]))
     lens = Orthographic(1.6)

@@ -25,6 +25,7 @@ def test_a_budget_that_came_first_is_marked():
     assert noise.amount([stop(), stop(spp=20.0, stopped_by="spp")]) == ">15"
 
 
+@pytest.mark.slow
 def test_everything_is_measured_and_written(tmp_path, monkeypatch):
     monkeypatch.setattr(noise, "TARGETS", (0.5, 0.2))
     monkeypatch.setattr(noise, "SEEDS", (0,))

@@ -34,6 +34,7 @@ def public(tmp_path):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_the_report(public, tmp_path, monkeypatch):
     small = {
         "MESHES": dict.fromkeys(["bunny.ply", "spot.obj", "teapot.ply"], (0.0, 1.0, 0.0)),
