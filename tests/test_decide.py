@@ -8,9 +8,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
+from scipy import stats
 
 from tracer.criteria import Criterion, Evidence
-from tracer.decide import Situation, decide, least_counts, predicted_gain, predicted_overhead, share_out
+from tracer.decide import (
+    Situation,
+    decide,
+    least_counts,
+    predicted_gain,
+    predicted_overhead,
+    share_out,
+    share_out_with_chances,
+)
 from tracer.settings import make_settings
 
 GRID = (8, 8)
@@ -210,3 +219,36 @@ def test_shares_are_those_of_the_criterion_and_not_rounded_to_powers_of_two():
     importance = np.random.default_rng(2).uniform(1, 3, GRID)
     allocation = run("share", importance, situation(np.zeros(GRID), 16 * 64)).allocation
     assert np.all(np.abs(allocation - 16 * importance / importance.mean()) < 1)
+
+
+@pytest.mark.parametrize("goal", [96 * 8, 96 * 5 + 17, 96 * 4 + 30])
+def test_chances_are_those_that_pixels_have(goal):
+    """A pixel that has a sample counts 1 / chance times, and so once on average, whoever it is (Horvitz, Thompson)."""
+    importance = np.random.default_rng(1).lognormal(0, 1.2, (8, 12))
+    drawn = np.where(importance > 1, 4, 5).astype(np.uint32)
+    settings = make_settings(spp=16)
+    now = Situation(drawn, max(goal, int(drawn.sum()) + 60), 96 * 16, may_settle=True)
+    rounds = 3000
+    weights = []
+    for seed in range(rounds):
+        found = share_out_with_chances(importance, np.ones((8, 12)), settings, now, np.random.default_rng(seed))
+        more = found.allocation.astype(int) - drawn
+        assert more.min() >= 0
+        assert found.allocation.sum() == now.goal
+        weights.append(np.where(more > 0, 1 / np.maximum(found.chance, 1e-9), 0))
+        assert np.all(found.chance[more > 0] > 0)
+    mean, spread = np.mean(weights, axis=0), np.std(weights, axis=0) / np.sqrt(rounds)
+    limit = stats.norm.ppf(1 - (1 - (1 - 1e-3) ** (1 / 96)) / 2)  # Sidak: a false alarm in a thousand
+    assert np.all(abs(mean - 1) <= limit * spread + 1e-9)
+    assert np.mean(spread > 0) > 0.1
+
+
+def test_a_round_without_room_leaves_nothing_to_chance():
+    importance = np.random.default_rng(1).lognormal(0, 1, (8, 12))
+    drawn = np.full((8, 12), 4, np.uint32)
+    for least, more in ((None, 3), (8, 96 * 4)):
+        settings = make_settings(spp=16, min_spp=least)
+        now = Situation(drawn, 96 * 4 + more, 96 * 8 if least else 96 * 16, may_settle=True)
+        found = share_out_with_chances(importance, np.ones((8, 12)), settings, now, np.random.default_rng(0))
+        assert found.allocation.sum() == now.goal
+        assert np.array_equal(found.chance, found.allocation > drawn)

@@ -10,10 +10,11 @@ import pytest
 import tracer
 from tracer import criteria
 from tracer.errors import SettingsError
-from tracer.loop import Rendering, Terms, render_view
+from tracer.loop import Rendering, render_view
 from tracer.result import empty_pixels
 from tracer.scene import open_scene
 from tracer.settings import make_settings
+from tracer.terms import Terms
 
 ALL = ["face_entropy", "fused", "shape_entropy", "uniform", "variance"]
 

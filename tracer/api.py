@@ -14,11 +14,12 @@ from tracer.errors import SettingsError
 from tracer.fingerprint import fingerprint
 from tracer.given import plain
 from tracer.load_error import nearest
-from tracer.loop import Terms, render_view
+from tracer.loop import render_view
 from tracer.progress import ProgressCallback
 from tracer.result import Result
 from tracer.scene import Crop, Size, open_scene
 from tracer.settings import Settings, make_settings
+from tracer.terms import Terms
 
 
 def render(

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from tracer.estimate import Statistics
+from tracer.frame import Frame
 
 Singles = NDArray[np.float32]
 
@@ -65,11 +66,12 @@ class UnbiasedMean:
     def closed(self, before: Statistics | None, known: Statistics, chance: Singles | None) -> UnbiasedMean:
         """Return the mean after the last round, in which no weight is left waiting.
 
-        ``chance`` (H, W): with which a pixel had a sample in that round; None where all had.
+        ``chance`` (H, W): with which a pixel had a sample in that round; None where that was not left to chance. A
+        pixel without a sample counts as it was before.
         """
         own, drawn = round_means(before, known)
         if before is not None:
-            often = np.where(drawn > 0, 1 if chance is None else 1 / np.maximum(chance, LEAST_CHANCE), 0)
+            often = np.where(drawn > 0, 1 if chance is None else 1 / np.maximum(chance, 1e-3), 0)
             own = before.mean + often[..., None].astype(np.float32) * (own - before.mean)
         weight = weights(drawn) + self.waiting
         return UnbiasedMean(self.total + weight[..., None] * own, self.weight + weight, np.zeros_like(weight))
@@ -89,6 +91,16 @@ class UnbiasedMean:
         if np.ptp(known.count) == 0:
             return np.zeros_like(known.mean)
         return self.total / self.weight[..., None] - known.mean
+
+
+def mean_at_the_end(
+    unbiased: UnbiasedMean, before: Statistics | None, known: Statistics, chance: Singles | None, is_whole: bool
+) -> UnbiasedMean:
+    """Return the mean over all rounds, the last one too if it ``is_whole``; else the render was stopped within it.
+
+    ``unbiased``: over the rounds before the last; for the other arguments see ``UnbiasedMean.closed``.
+    """
+    return unbiased.closed(before, known, chance) if is_whole else unbiased.given_up(known)
 
 
 def round_means(before: Statistics | None, known: Statistics) -> tuple[Singles, Singles]:
@@ -129,6 +141,15 @@ def lost_light(image: Singles, stderr: Singles, missing: Singles, colours: int) 
     part = np.where(np.isfinite(part) & (whole > 0), np.clip(part, -MOST, MOST), 0)
     part[colours:] = 0
     return np.where(np.isfinite(share), share * part, 0).astype(np.float32)
+
+
+def with_lost_light(
+    frame: Frame, image: Singles, stderr: Singles, known: Statistics, unbiased: UnbiasedMean | None
+) -> Singles:
+    """Return a picture (H, W, C) with the light that deciding has lost; as it is where ``unbiased`` is None."""
+    if unbiased is None:
+        return image
+    return image + lost_light(image, stderr, unbiased.above(known)[frame.inner], frame.colour_channels)
 
 
 def part_of(lost: Singles, image: Singles, colours: int) -> float:

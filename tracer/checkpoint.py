@@ -7,7 +7,6 @@ holds numbers and JSON only, nothing that runs when it is read.
 
 from __future__ import annotations
 
-import hashlib
 import json
 import time
 import zipfile
@@ -23,6 +22,7 @@ from numpy.typing import NDArray
 from tracer import files
 from tracer.errors import CheckpointError, OutputError
 from tracer.estimate import Estimate
+from tracer.fingerprint import content, digest
 from tracer.scene import View
 from tracer.settings import Settings
 from tracer.state import Arrays, State
@@ -111,18 +111,13 @@ def identity_of(view: View, settings: Settings, wanted: NDArray[np.float64], sce
         "Mitsuba": mi.__version__,
         "variant": mi.variant(),
         "scene": scene_hash,
-        "sensor": digest(str(view.sensor)),
+        "sensor": digest(*content(view.sensor)),
         "size": [int(x) for x in film.size()],
         "crop": [int(x) for x in (*film.crop_offset(), *film.crop_size())],
-        "integrator": digest(str(view.integrator)),
+        "integrator": digest(*content(view.integrator)),
         "importance": digest(wanted.tobytes()),
         **chosen,
     }
-
-
-def digest(content: str | bytes) -> str:
-    """Return a hash of 16 digits."""
-    return hashlib.sha256(content.encode() if isinstance(content, str) else content).hexdigest()[:16]
 
 
 HASHED = ("scene", "sensor", "integrator", "importance")

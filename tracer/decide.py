@@ -21,7 +21,9 @@ RAYS_PER_DECISION = 3.5
 """What a round of its own costs, per pixel, in rays of a sample: statistics, importance, another pass. On eight scenes
 of 49 000 pixels it took 10 to 16 ms with two threads, and a ray 50 to 130 ns."""
 MOST_BY_CHANCE = 0.25
-"""Largest part of a round's samples that is given to pixels by chance."""
+"""Largest part of the samples of a round, beyond one for every pixel that has some, that is given by chance."""
+LEAST_THINNED = 0.25
+"""Part of the chances that a round must have room for: with less, those few would count too much."""
 
 
 @dataclass(frozen=True)
@@ -99,14 +101,23 @@ def share_out_with_chances(
     importance: Floats, wanted: Floats, settings: Settings, now: Situation, generator: np.random.Generator
 ) -> Decision:
     """Share out the samples of a round; pixels that would get none may have one by chance, see ``tracer.bias``."""
-    chance = bias.chances(importance)
-    picked = (generator.random(chance.shape) < chance) & (wanted > 0) & (now.drawn < settings.most_samples)
-    if picked.sum() > MOST_BY_CHANCE * (now.goal - now.drawn.sum()):
-        picked[:] = False
-    counts = share_out(importance, wanted, settings, now, True, generator, now.drawn + picked)
-    more = counts.astype(np.int64) - now.drawn
-    by_chance = (more == 0) | ((more == 1) & picked)
-    return Decision(counts, importance=importance, chance=np.where(by_chance, chance, 1).astype(np.float32))
+    counts = share_out(importance, wanted, settings, now, True, generator)
+    left_out = (counts == now.drawn) & (wanted > 0) & (now.drawn < settings.most_samples)
+    chance = np.where(left_out, bias.chances(importance), counts > now.drawn)
+    expected, left = chance[left_out].sum(), now.goal - int(now.drawn.sum())
+    share = min(1.0, MOST_BY_CHANCE * (left - int((counts > now.drawn).sum())) / max(expected, 1e-9))
+    if expected == 0 or share < LEAST_THINNED:
+        return Decision(counts, importance=importance, chance=(counts > now.drawn).astype(np.float32))
+    chance = np.where(left_out, chance * share, chance)
+    picked = left_out & (generator.random(chance.shape) < chance)
+    # Whoever had a sample has one still, and whoever was not picked has none, or the chance would be another one.
+    lower = now.drawn + (picked | (counts > now.drawn))
+    upper = np.where(left_out & ~picked, now.drawn, settings.most_samples)
+    least = least_counts(wanted, settings, now, settings.least_samples)
+    if np.maximum(least, lower).sum() > now.goal:
+        return Decision(counts, importance=importance, chance=(counts > now.drawn).astype(np.float32))
+    counts = share_out(importance, wanted, settings, now, True, generator, (lower, upper))
+    return Decision(counts, importance=importance, chance=chance.astype(np.float32))
 
 
 def share_out(
@@ -116,20 +127,22 @@ def share_out(
     now: Situation,
     suits: bool,
     generator: np.random.Generator,
-    at_least: Counts | None = None,
+    bounds: tuple[Counts, Counts] | None = None,
 ) -> Counts:
     """Return counts (H, W) in proportion to importance, within bounds; ``suits``: most of them powers of two.
 
-    ``at_least`` (H, W): counts that no pixel is to fall below, beside those of the settings.
+    ``bounds`` (H, W) each: least and most counts, beside those of the settings.
     """
     if np.ptp(importance) == np.ptp(now.drawn) == 0 and now.goal % importance.size == 0:
         return np.full(importance.shape, now.goal // importance.size, np.uint32)
     least = least_counts(wanted, settings, now, settings.least_samples)
-    if at_least is not None and np.maximum(least, at_least).sum() <= now.goal:
-        least = np.maximum(least, at_least)
-    target = budget.fill(importance, now.goal, least, settings.most_samples)
+    most: Floats | int = settings.most_samples
+    if bounds is not None:
+        most = np.minimum(most, bounds[1]).astype(np.float64)
+        least = np.minimum(np.maximum(least, bounds[0]), most)
+    target = budget.fill(importance, now.goal, least, most)
     if suits:  # other criteria are as they say, and not as we would
-        target = budget.suit_sequence(target, now.goal, least, settings.most_samples)
+        target = budget.suit_sequence(target, now.goal, least, most)
     return budget.round_to_total(target, now.goal, generator)
 
 

@@ -31,6 +31,10 @@ class WriteError(OutputError):
     exit_code = 5
 
 
+class PendingWriteError(OutputError):
+    """A file that somebody else had begun to write, and that could not be finished."""
+
+
 class CheckpointError(TracerError):
     """A checkpoint that is missing, damaged, or of another render."""
 

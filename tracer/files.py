@@ -101,7 +101,7 @@ def is_running(process: int) -> bool:
         status = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2]
     except ProcessLookupError:
         return False
-    except OSError:  # another person's, or a system without /proc
+    except (OSError, OverflowError):  # another person's, a system without /proc, or no number of a process
         return True
     return not status.startswith(" Z")
 
@@ -232,7 +232,7 @@ def write_exr(
         fits = isinstance(value, str | float) or (isinstance(value, int) and abs(value) < 2**31)
         plain = value if fits else json.dumps(value)
         specification.attribute(f"tracer:{name}", plain)
-    write_with_openimageio(path, specification, values)
+    write_with_openimageio(path, specification, np.asarray(values, np.float32))
 
 
 def write_png(path: Path, picture: NDArray) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from contextlib import closing, suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import drjit as dr
@@ -15,22 +15,22 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from tracer import bias, criteria, memory, objective, pilot, threads
-from tracer.checkpoint import Keeper
 from tracer.decide import Decision, Situation, decide, share_out
 from tracer.denoise import load as load_denoiser
-from tracer.errors import ClusterError
+from tracer.errors import ClusterError, PendingWriteError
 from tracer.estimate import Estimate, Statistics
 from tracer.finish import see, without_noise
 from tracer.halt import Clock, next_goal
 from tracer.here import Drawer, Here
 from tracer.leftover import Leftover
 from tracer.noise import Noise
-from tracer.progress import Course, Progress, ProgressCallback
+from tracer.progress import Course, Progress
 from tracer.result import Report, Result, Round
 from tracer.rounds import GROWTH, PRIORITY_GROWTH, round_goals
 from tracer.scene import View
 from tracer.settings import Settings
 from tracer.state import State
+from tracer.terms import PLAIN, Terms
 from tracer.wanted import wanted
 
 FEATURE_SECONDS, DENOISE_SECONDS = 6e-6, 8e-6
@@ -39,26 +39,7 @@ HELD_OUT_KEY = 0x5EED0
 """Keeps samples that only decide apart from those that make the picture."""
 
 
-DrawerFor = Callable[[View, criteria.Criterion, int], Drawer]
-"""From a view, the criterion that decides and the most samples of a pass to who draws."""
-
-
-@dataclass(frozen=True)
-class Terms:
-    """How a render is carried out, which changes none of its samples; see ``tracer.render``."""
-
-    progress: ProgressCallback | None = None
-    keeper: Keeper | None = None
-    """Has the state of an earlier render to go on from, and keeps that of this one."""
-    started: float | None = None
-    memory_limit: float | None = None
-    features: bool = False
-    denoise: bool = False
-    drawer: DrawerFor | None = None
-    """Draws elsewhere than in this process."""
-
-
-def render_view(view: View, settings: Settings, terms: Terms = Terms(), importance: Any = None) -> Result:
+def render_view(view: View, settings: Settings, terms: Terms = PLAIN, importance: Any = None) -> Result:
     """Render an open scene; see ``tracer.render``. Raises CheckpointError if the state kept is of another render."""
     with dr.suspend_grad():
         rendering = Rendering(view, settings, terms, importance)
@@ -71,7 +52,7 @@ def render_view(view: View, settings: Settings, terms: Terms = Terms(), importan
 class Rendering:
     """One render under way."""
 
-    def __init__(self, view: View, settings: Settings, terms: Terms = Terms(), importance: Any = None) -> None:
+    def __init__(self, view: View, settings: Settings, terms: Terms = PLAIN, importance: Any = None) -> None:
         self.start = time.perf_counter()
         self.view, self.settings, self.terms = view, settings, terms
         self.keeper = keeper = terms.keeper
@@ -326,8 +307,13 @@ class Rendering:
         """Call the progress callback, if there is one; it may read and write files."""
         if self.terms.progress is None:
             return None
-        with threads.for_files():
-            return self.terms.progress(now)
+        answer = None
+        try:
+            with threads.for_files():
+                answer = self.terms.progress(now)
+        except PendingWriteError as error:  # of a picture to look at meanwhile, which is not worth the render
+            self.report.unwritten.append(str(error))
+        return answer
 
     def progress(self) -> Progress:
         """Return how far the render is."""
@@ -360,7 +346,7 @@ class Rendering:
         state, report = self.state, self.report
         if self.keeper is not None:
             self.keeper.save(state)
-            report.unwritten = list(self.keeper.complaints)
+            report.unwritten += self.keeper.complaints
             report.notes = [*report.notes, *self.keeper.complaints]
         state.estimate = self.timed("seconds_statistics", state.estimate.here)
         if state.held_out is not None and (state.allocation is not None or not report.complete):
@@ -373,21 +359,23 @@ class Rendering:
         entropy = self.look().shape_entropy if state.looked else None
         drawn = self.view, self.sampler, self.settings.seed
         seen = self.timed("seconds_features", see, *drawn, statistics.count) if self.terms.features else None
-        lost = self.lost_light(image, stderr, statistics)
+        unbiased = state.unbiased_mean(statistics) if self.loses_light else None
+        right = bias.with_lost_light(self.view, image, stderr, statistics, unbiased)
+        report.light_given_back = bias.part_of(right - image, image, self.view.colour_channels)
         noisy = None
         if self.terms.denoise:
-            noisy = (image + lost)[..., : self.view.colour_channels]
+            noisy = right[..., : self.view.colour_channels]
             found = image, stderr, statistics, state.meter.scale
-            image = self.timed("seconds_denoising", without_noise, *drawn, *found)
-        image = image + lost
+            clean = self.timed("seconds_denoising", without_noise, *drawn, *found)
+            right = bias.with_lost_light(self.view, clean, stderr, statistics, unbiased)
         report.elsewhere = self.drawer.describe()
         report.describe(self.view, statistics, state.done, self.noise)
-        if not self.view.scene.emitters() and not np.any(image[..., : self.view.colour_channels]):
+        if not self.view.scene.emitters() and not np.any(right[..., : self.view.colour_channels]):
             report.note("The picture is black, as the scene has no emitter: add a light, or something that shines.")
         inner = self.view.inner
-        self.tell_the_end(image, statistics.count[inner])
+        self.tell_the_end(right, statistics.count[inner])
         return Result(
-            image=image,
+            image=right,
             samples=statistics.count[inner],
             stderr=stderr,
             complexity=self.layer(entropy),
@@ -400,21 +388,6 @@ class Rendering:
             seconds=time.perf_counter() - self.start,
             report=report,
         )
-
-    def lost_light(
-        self, image: NDArray[np.float32], stderr: NDArray[np.float32], known: Statistics
-    ) -> NDArray[np.float32]:
-        """Return what has to be added to the picture (H, W, C) for the light that deciding has lost."""
-        state, inner, colours = self.state, self.view.inner, self.view.colour_channels
-        if not self.loses_light or state.unbiased is None:
-            return np.zeros_like(image)
-        if state.allocation is None:
-            mean = self.unbiased_so_far.closed(state.before, known, state.chance)
-        else:
-            mean = self.unbiased_so_far.given_up(known)
-        lost = bias.lost_light(image, stderr, mean.above(known)[inner], colours)
-        self.report.light_given_back = bias.part_of(lost, image, colours)
-        return lost
 
     def layer(self, values: NDArray | None) -> NDArray[np.float32]:
         """Return the part of ``values`` (grid) that is in the image; zeros if there are none."""

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from tracer import backend, bias, checkpoint
-from tracer.bias import UnbiasedMean
+from tracer.bias import UnbiasedMean, mean_at_the_end
 from tracer.checkpoint import Checkpoint, differences
 from tracer.errors import CheckpointError
-from tracer.estimate import Estimate
+from tracer.estimate import Estimate, Statistics
 from tracer.frame import PlainFrame
 from tracer.parts import missing
 from tracer.result import Report, Result
@@ -35,8 +35,8 @@ def merge(paths: Sequence[Path], output: Path | None = None) -> tuple[Result, Ch
     variant = backend.activate(first.identity["variant"])
     if other := differences({"variant": variant}, {"variant": first.identity["variant"]}):
         raise CheckpointError(f"'{paths[0]}' cannot be merged here: {other[0]}.")
-    total = sums(first)
-    unbiased = unbiased_mean(first, total)
+    total, means = sums(first), []
+    means.append(unbiased_mean(first, total))
     sources, done = list(first.sources), int(first.plain["done"])
     for path in paths[1:]:
         kept = checkpoint.read(path)
@@ -48,11 +48,11 @@ def merge(paths: Sequence[Path], output: Path | None = None) -> tuple[Result, Ch
                 "render parts of one picture with --part, or with different seeds."
             )
         others = sums(kept)
-        theirs = unbiased_mean(kept, others)
-        unbiased = unbiased.merged(theirs) if unbiased is not None and theirs is not None else None
+        means.append(unbiased_mean(kept, others))
         total.merge(others)
         sources += kept.sources
         done += int(kept.plain["done"])
+    unbiased = merged_means(means)
     whole = replace(first, sources=sources, plain={"done": done})
     if output is not None:
         arrays = {f"estimate.{k}": array for k, array in enumerate(total.state())}
@@ -62,14 +62,33 @@ def merge(paths: Sequence[Path], output: Path | None = None) -> tuple[Result, Ch
     return picture(total, unbiased, whole, time.perf_counter() - start), whole
 
 
-def unbiased_mean(kept: Checkpoint, total: Estimate) -> UnbiasedMean | None:
-    """Return the unbiased mean of a checkpoint with these sums; None where deciding has lost no light."""
+def unbiased_mean(kept: Checkpoint, total: Estimate) -> tuple[UnbiasedMean | None, Statistics]:
+    """Return the unbiased mean of a checkpoint with these sums, None if it has no rounds that decided; and statistics.
+
+    Raises CheckpointError.
+    """
+    known = total.statistics()
+    grid = total.view.grid
+    for name, array in kept.arrays.items():
+        if name.startswith(("before.", "unbiased.", "chance")) and array.shape[:2] != grid:
+            raise CheckpointError(f"'{kept.path}' is a damaged checkpoint; render it anew.")
     unbiased = unbiased_of(kept.arrays)
-    if unbiased is None or "drawn" not in kept.arrays:  # a merge has no rounds
-        return unbiased
-    if "allocation" in kept.arrays:
-        return unbiased.given_up(total.statistics())
-    return unbiased.closed(before_of(kept.arrays), total.statistics(), kept.arrays.get("chance"))
+    if unbiased is not None and "drawn" in kept.arrays:  # a merge has no rounds
+        before, chance, is_whole = before_of(kept.arrays), kept.arrays.get("chance"), "allocation" not in kept.arrays
+        unbiased = mean_at_the_end(unbiased, before, known, chance, is_whole)
+    return unbiased, known
+
+
+def merged_means(means: list[tuple[UnbiasedMean | None, Statistics]]) -> UnbiasedMean | None:
+    """Return the unbiased mean of several renders; None where in none of them a round was decided by samples."""
+    if all(unbiased is None for unbiased, _ in means):
+        return None
+    whole: UnbiasedMean | None = None
+    for unbiased, known in means:
+        if unbiased is None:  # stopped before anything was decided
+            unbiased = UnbiasedMean.nothing(known.count.shape, known.mean.shape[-1]).closed(None, known, None)
+        whole = unbiased if whole is None else whole.merged(unbiased)
+    return whole
 
 
 def sums(kept: Checkpoint) -> Estimate:
@@ -101,10 +120,7 @@ def picture(total: Estimate, unbiased: UnbiasedMean | None, whole: Checkpoint, s
     frame = total.view
     image, stderr = total.develop()
     statistics = total.statistics()
-    lost = np.zeros_like(image)
-    if unbiased is not None:
-        colours = frame.colour_channels
-        lost = bias.lost_light(image, stderr, unbiased.above(statistics)[frame.inner], colours)
+    right = bias.with_lost_light(frame, image, stderr, statistics, unbiased)
     spp = min(max(round(whole.plain["done"] / frame.pixel_count), 1), MOST_SPP)
     chosen = {name: value for name, value in whole.settings.items() if name not in ("min_spp", "max_spp", "pilot_spp")}
     report = Report(make_settings(**{**chosen, "spp": spp, "unbiased": False}), stopped_by="spp")
@@ -112,10 +128,10 @@ def picture(total: Estimate, unbiased: UnbiasedMean | None, whole: Checkpoint, s
     if absent := missing(whole.sources):
         report.note(absent)
     report.describe(frame, statistics, whole.plain["done"], None)
-    report.light_given_back = bias.part_of(lost, image, frame.colour_channels)
+    report.light_given_back = bias.part_of(right - image, image, frame.colour_channels)
     nothing = np.zeros(frame.size, np.float32)
     return Result(
-        image=image + lost,
+        image=right,
         samples=statistics.count[frame.inner],
         stderr=stderr,
         complexity=nothing,

@@ -14,7 +14,7 @@ from tracer.checkpoint import Keeper
 from tracer.errors import SceneError, SettingsError, WriteError
 from tracer.fingerprint import fingerprint
 from tracer.job import Job, Shot, check_frames, check_outputs, shots_of
-from tracer.loop import DrawerFor, Terms, render_view
+from tracer.loop import render_view
 from tracer.metadata import metadata
 from tracer.parts import parse_part, share
 from tracer.progress import ProgressCallback
@@ -22,6 +22,7 @@ from tracer.result import Result, display
 from tracer.scene import open_scene, pick_sensor
 from tracer.settings import check_settings, make_settings
 from tracer.source import describe, load
+from tracer.terms import DrawerFor, Terms
 from tracer.wording import option
 
 Hire = Callable[..., DrawerFor]

@@ -43,7 +43,15 @@ class Parsed:
 
     def find(self, name: str) -> Path | None:
         """Return the file that ``name`` stands for in this scene, or None if there is none."""
-        return next((folder / name for folder in self.folders if (folder / name).is_file()), None) if name else None
+        return next((folder / name for folder in self.folders if is_file(folder / name)), None) if name else None
+
+
+def is_file(path: Path) -> bool:
+    """Return whether there is a file of that name; text that cannot be a name, as it is too long, is none."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
 
 
 def describe(source: Any) -> str:

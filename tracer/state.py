@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.bias import UnbiasedMean
+from tracer.bias import UnbiasedMean, mean_at_the_end
 from tracer.estimate import Estimate, Statistics
 from tracer.noise import NoiseMeter
 from tracer.result import Round
@@ -61,7 +61,13 @@ class State:
         if self.allocation is None or self.held_out is not None:
             return
         if int(self.allocation.sum(dtype=np.int64)) > total:
-            self.drawn, self.allocation = self.estimate.drawn(), None
+            self.drawn, self.allocation, self.chance = self.estimate.drawn(), None, None
+
+    def unbiased_mean(self, known: Statistics) -> UnbiasedMean | None:
+        """Return the mean of each pixel without the bias of deciding; ``known``: of all samples there are."""
+        if self.unbiased is None:
+            return None
+        return mean_at_the_end(self.unbiased, self.before, known, self.chance, is_whole=self.allocation is None)
 
     def pack(self) -> tuple[Arrays, dict[str, Any]]:
         """Return arrays by name, and the rest as plain values for JSON."""

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import drjit as dr
 import mitsuba as mi
 
-from tracer.errors import OutputError
+from tracer.errors import PendingWriteError
 
 COUNT = 4
 """For one file, and two more that somebody else has begun to write. To start and end threads takes 0.1 to 0.4 ms."""
@@ -40,7 +40,7 @@ def for_files() -> Iterator[None]:
     """Keep at least COUNT threads in the pool within the block, then as many as there were before.
 
     Files that are being written asynchronously are waited for, before and after: whoever waits for them takes part in
-    the work, and the threads that write them must not be ended. Raises OutputError if such a file cannot be written. If
+    the work, and the threads that write them must not be ended. Raises PendingWriteError if one cannot be written. If
     the block sets the number of threads itself, that stays.
     """
     with lock:
@@ -74,9 +74,9 @@ def restore() -> None:
 
 
 def wait_for_writers() -> None:
-    """Take part in writing what is being written asynchronously, until it is done. Raises OutputError."""
+    """Take part in writing what is being written asynchronously, until it is done. Raises PendingWriteError."""
     try:
         mi.Thread.wait_for_tasks()
     except RuntimeError as error:
         said = " ".join(str(error).split()).rstrip(".!")
-        raise OutputError(f"A file that Mitsuba was writing asynchronously cannot be written: {said}.") from None
+        raise PendingWriteError(f"A file that Mitsuba was writing asynchronously cannot be written: {said}.") from None

@@ -16,12 +16,14 @@ from typing import Any
 from distributed import WorkerPlugin
 
 from tracer.errors import ClusterError
-from tracer.source import parse, properties
+from tracer.source import is_file, parse, properties
 
 SCENES = "tracer-scenes"
 """Folder within that of a worker where bundles are unpacked."""
 ATTRIBUTE = re.compile(r'\b(?:value|filename)\s*=\s*(?:"([^"]*)"|\'([^\']*)\')')
 """What may name a file in XML: spectra and included scenes are read as it is parsed, and leave no trace."""
+DEFAULT = re.compile(r'<default\s+name\s*=\s*"([^"]*)"\s+value\s*=\s*"([^"]*)"')
+"""A $parameter and its value, where nothing else is asked for."""
 
 
 class Bundle(WorkerPlugin):
@@ -60,20 +62,19 @@ def contents_of(scene: Path, define: dict[str, str]) -> tuple[set[Path], set[Pat
     parsed = parse(scene, define)
     found = {normal(Path(str(file))) for file in parsed.state.files}
     names = {value for node in parsed.state.nodes for _, value in properties(scene, node) if isinstance(value, str)}
+    defaults = [pair for file in found for pair in DEFAULT.findall(file.read_text(encoding="utf-8", errors="replace"))]
+    values = {**dict(defaults), **define}
     for file in list(found):
-        text = file.read_text(encoding="utf-8", errors="replace")
-        for name, value in define.items():
-            text = text.replace(f"${name}", value)
-        names |= {double or single for double, single in ATTRIBUTE.findall(text)}
+        names |= named_in(file.read_text(encoding="utf-8", errors="replace"), values)
     beside = [normal(folder) for folder in parsed.own_folders]
     folders = {folder for folder in beside if folder.is_dir()}
     for name in sorted(filter(None, names)):
-        if Path(name).is_absolute() and Path(name).exists():
+        if Path(name).is_absolute() and exists(Path(name)):
             raise ClusterError(
                 f"'{scene}' names '{name}', a path that workers do not have: name files relative to the scene, or put "
                 "it in a folder that workers share."
             )
-        there = [folder / name for folder in (*beside, *{file.parent for file in found}) if (folder / name).is_file()]
+        there = [folder / name for folder in (*beside, *{file.parent for file in found}) if is_file(folder / name)]
         found |= {normal(path) for path in there}
         if not there and parsed.find(name) is not None:
             raise ClusterError(
@@ -81,6 +82,21 @@ def contents_of(scene: Path, define: dict[str, str]) -> tuple[set[Path], set[Pat
                 'look for it: move it there, or name its folder in the scene with <path value="..."/>.'
             )
     return found, folders
+
+
+def named_in(text: str, values: dict[str, str]) -> set[str]:
+    """Return what may be the name of a file in the text of an XML file, with the ``values`` of its $parameters."""
+    for name in sorted(values, key=len, reverse=True):
+        text = text.replace(f"${name}", values[name])
+    return {double or single for double, single in ATTRIBUTE.findall(text)}
+
+
+def exists(path: Path) -> bool:
+    """Return whether there is a file or folder of that name; text that is too long for a name is none."""
+    try:
+        return path.exists()
+    except (OSError, ValueError):
+        return False
 
 
 def normal(path: Path) -> Path:

@@ -12,7 +12,7 @@ import mitsuba as mi
 from tracer.cluster.crew import open_crew
 from tracer.cluster.setup import make_setup
 from tracer.cluster.spread import Spread
-from tracer.loop import DrawerFor
+from tracer.terms import DrawerFor
 
 Hire = Callable[..., DrawerFor]
 """From scene, hash of it, values of its $parameters, sensor and how it is seen to a drawer; see ``make_setup``."""

@@ -16,11 +16,12 @@ import numpy as np
 
 from tracer.cluster.hire import hire
 from tracer.fingerprint import fingerprint
-from tracer.loop import Terms, render_view
+from tracer.loop import render_view
 from tracer.result import Result
 from tracer.scene import open_scene
 from tracer.settings import make_settings
 from tracer.study.cluster.model import Constants
+from tracer.terms import Terms
 
 Told = Callable[[str], None]
 SIZE = (512, 512)

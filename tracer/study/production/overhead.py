@@ -14,9 +14,10 @@ import numpy as np
 
 from tracer import live
 from tracer.checkpoint import Keeper
-from tracer.loop import Terms, render_view
+from tracer.loop import render_view
 from tracer.scene import View, open_scene
 from tracer.settings import make_settings
+from tracer.terms import Terms
 
 Told = Callable[[str], None]
 WIDTH = 512
