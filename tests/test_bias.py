@@ -153,3 +153,20 @@ def test_a_merge_gives_back_what_its_parts_have_lost(cornell, tmp_path):
     nested, _ = merge([tmp_path / "two.ckpt", paths[2]])
     assert whole.report.light_given_back == pytest.approx(nested.report.light_given_back, rel=1e-4)
     assert 0 < abs(whole.report.light_given_back) < max(abs(part.report.light_given_back) for part in parts)
+
+
+def test_a_part_that_was_stopped_before_it_decided_does_not_end_the_correction(cornell, tmp_path):
+    scene, paths = cornell(size=(48, 32)), [tmp_path / "whole.ckpt", tmp_path / "stopped.ckpt"]
+    whole = tracer.render(scene, spp=16, seed=1, checkpoint=paths[0])
+    tracer.render(scene, spp=16, seed=2, checkpoint=paths[1], progress=lambda now: False)
+    found, _ = merge(paths)
+    assert found.report.light_given_back == pytest.approx(0.8 * whole.report.light_given_back, rel=0.3)
+
+
+def test_a_denoised_picture_gets_light_by_its_own_brightness():
+    image, clean = np.full((8, 8, 3), 0.05, np.float32), np.full((8, 8, 3), 0.05, np.float32)
+    image[4, 4] = 50.0
+    stderr = np.maximum(image, 0.01)
+    missing = np.full_like(image, 0.01)
+    assert lost_light(image, stderr, missing, 3)[4, 4].min() > 0.1
+    assert lost_light(clean, stderr, missing, 3).max() <= bias.MOST * 0.05 * 1.0001

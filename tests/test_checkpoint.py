@@ -2,6 +2,7 @@
 
 import json
 
+import mitsuba as mi
 import numpy as np
 import pytest
 
@@ -209,3 +210,17 @@ def test_what_is_asked_of_the_caller_fits_the_caller(cornell, tmp_path):
     assert keeper.in_words(10).endswith("has 50.0 % of the samples; go on with resume=True.")
     with speaking_to_command_line():
         assert keeper.in_words(10).endswith("go on with --resume.")
+
+
+def test_a_camera_that_prints_alike_is_another_one(cornell, tmp_path):
+    def camera(x):
+        film = {"type": "hdrfilm", "width": 6, "height": 4}
+        to_world = mi.ScalarTransform4f().look_at([x, 0, 4], [x, 0, 0], [0, 1, 0])
+        return mi.load_dict({"type": "perspective", "to_world": to_world, "film": film})
+
+    near, far = camera(2000.004), camera(1999.996)
+    assert str(near) == str(far)
+    scene, path = mi.load_dict(cornell(size=(6, 4))), tmp_path / "state.ckpt"
+    tracer.render(scene, sensor=near, spp=4, checkpoint=path)
+    with pytest.raises(CheckpointError, match="another sensor"):
+        tracer.render(scene, sensor=far, spp=8, checkpoint=path, resume=True)

@@ -232,3 +232,13 @@ def test_plain_rgb_is_what_mitsuba_takes_for_a_texture(tmp_path, pixel_format):
     texture = mi.load_dict({"type": "bitmap", "filename": str(path), "raw": True, "filter_type": "nearest"})
     assert np.array(mi.traverse(texture)["data"]) == pytest.approx(values)
     mi.load_dict({"type": "envmap", "filename": str(path)})
+
+
+def test_values_of_another_kind_are_written_as_float32(tmp_path):
+    values = np.random.default_rng(0).random((20, 3, 1))
+    files.write_exr(tmp_path / "a.exr", ["R"], values, {})
+    assert np.array_equal(files.read_exr(tmp_path / "a.exr")[1], values.astype(np.float32))
+
+
+def test_a_number_that_no_process_has_is_nobodys():
+    assert files.is_running(10**30)

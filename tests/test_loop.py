@@ -222,3 +222,12 @@ def test_a_criterion_sees_the_moments_that_it_asks_for(cornell):
     assert np.all(known.peaks[..., 0] <= known.mean[..., 1] * 4.0001)
     assert known.rays.min() >= 1
     assert known.rays.max() > 3
+
+
+def test_a_preview_that_cannot_be_written_does_not_end_the_render(cornell, tmp_path):
+    def preview(now):
+        mi.util.write_bitmap(str(tmp_path / "nowhere" / "preview.exr"), mi.TensorXf(now.image))  # asynchronous
+
+    result = tracer.render(cornell(), spp=8, progress=preview)
+    assert result.report.complete
+    assert any("asynchronously cannot be written" in sentence for sentence in result.report.unwritten)

@@ -183,3 +183,15 @@ def test_a_sampler_cannot_take_the_place_of_none(scene_file):
     with pytest.raises(SceneError, match="without a sampler"):
         load(scene_file(bare), sampler="multijitter")
     assert load(scene_file(bare)).sensors()[0].sampler() is not None
+
+
+def test_text_that_is_too_long_for_a_name_is_no_file(scene_file):
+    names = ",".join(f"name_{number}:depth" for number in range(60))
+    path = scene_file(
+        LIT.replace(
+            '<integrator type="path"/>', f'<integrator type="aov"><string name="aovs" value="{names}"/></integrator>'
+        )
+    )
+    assert len(names) > 255
+    assert fingerprint(path) == fingerprint(path)
+    assert load(path).class_name() == "Scene"

@@ -159,3 +159,16 @@ def test_a_link_arrives_by_the_name_that_the_scene_has_for_it(tmp_path):
     path.write_text(f'<scene version="3.0.0">{LIT}{shape}</scene>')
     unpack(pack(path, {}), tmp_path / "there")
     assert (tmp_path / "there" / "link.ply").read_text() == PLY
+
+
+def test_files_that_a_default_names_and_text_that_is_none(tmp_path):
+    (tmp_path / "metal.spd").write_text("400 0.2\n700 0.9\n")
+    matrix = " ".join(f"{value:.17f}" for value in np.eye(4).ravel())
+    path = tmp_path / "scene.xml"
+    path.write_text(
+        f'<scene version="3.0.0"><default name="m" value="metal"/><default name="mat" value="metal"/>{LIT}'
+        f'<shape type="sphere"><transform name="to_world"><matrix value="{matrix}"/></transform>'
+        '<bsdf type="diffuse"><spectrum name="reflectance" filename="$mat.spd"/></bsdf></shape></scene>'
+    )
+    assert len(matrix) > 255
+    assert tmp_path / "metal.spd" in contents_of(path, {})[0]
