@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import platform
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -25,6 +26,7 @@ from tracer import bias, files, score, source
 from tracer.study.gains import gain
 
 SIZE, BUDGETS, SEEDS, FIRST_SEED = 64, (16, 64), 24, 500
+SCENES = 9
 REFERENCE_SPP, REFERENCE_SEED = 8192, 1000003
 METHODS: dict[str, dict[str, Any]] = {"uniform": {"criterion": "uniform"}, "given back": {}, "not given back": {}}
 
@@ -43,13 +45,13 @@ class Row:
     """Of each method but uniform: relMSE of uniform samples over its own, and the 95 % interval."""
 
 
-def bundled() -> dict[str, Any]:
-    """Return the scenes that come with tracer, and Mitsuba's Cornell box."""
+def bundled() -> Iterator[tuple[str, Any]]:
+    """Yield Mitsuba's Cornell box and the scenes that come with tracer, one open at a time: others slow it down."""
     import mitsuba as mi
 
-    folder = Path(__file__).parents[1] / "scenes"
-    scenes: dict[str, Any] = {path.stem: source.load(path) for path in sorted(folder.glob("*.xml"))}
-    return {"cornell_box": mi.load_dict(mi.cornell_box()), **scenes}
+    yield "cornell_box", mi.load_dict(mi.cornell_box())
+    for path in sorted((Path(__file__).parents[1] / "scenes").glob("*.xml")):
+        yield path.stem, source.load(path)
 
 
 def measure(name: str, scene: Any, spp: int, truth: NDArray[np.float32]) -> Row:
@@ -95,7 +97,7 @@ def main(output: Annotated[Path, typer.Option("--output", "-o", help="Folder for
     tracer.activate()
     output.mkdir(parents=True, exist_ok=True)
     rows = []
-    for name, scene in track(list(bundled().items()), "Scenes"):
+    for name, scene in track(bundled(), "Scenes", total=SCENES):
         reference = tracer.render(scene, size=SIZE, spp=REFERENCE_SPP, seed=REFERENCE_SEED, criterion="uniform")
         truth = reference.image[..., :3]
         rows += [measure(name, scene, spp, truth) for spp in BUDGETS]
