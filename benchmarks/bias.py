@@ -25,7 +25,7 @@ import tracer
 from tracer import bias, files, score, source
 from tracer.study.gains import gain
 
-SIZE, BUDGETS, SEEDS, FIRST_SEED = 64, (16, 64), 24, 500
+SIZE, BUDGETS, SEEDS, FIRST_SEED = 64, (16, 64), 16, 500
 SCENES = 9
 REFERENCE_SPP, REFERENCE_SEED = 8192, 1000003
 METHODS: dict[str, dict[str, Any]] = {"uniform": {"criterion": "uniform"}, "given back": {}, "not given back": {}}

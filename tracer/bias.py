@@ -33,6 +33,8 @@ AROUND, NEXT_TO = 13, 5
 """Sides in pixels of the square over whose pixels a round is weighed, and of the one in its middle that is left out."""
 CHANCE, LEAST_CHANCE = 0.5, 1 / 16
 """Chance of a sample in a round for a pixel of mean importance, in proportion to it, and the least of any."""
+SHARE_BY_CHANCE = 8
+"""A pixel that has samples by chance has at least one, and one for so many that it has already."""
 NOISY = 10.0
 """Pixels of a standard error well above this part of their brightness (1 / NOISY) take light in proportion to
 brightness, others to their standard error."""
@@ -125,6 +127,11 @@ def chances(importance: NDArray[np.float64]) -> NDArray[np.float64]:
     mean = importance.mean()
     relative = importance / mean if mean > 0 else np.ones_like(importance)
     return np.clip(CHANCE * relative, LEAST_CHANCE, 1.0)
+
+
+def samples_by_chance(drawn: NDArray[np.uint32]) -> NDArray[np.uint32]:
+    """Return how many samples pixels (H, W) that have ``drawn`` have by chance: a part, or noise would not fall."""
+    return np.maximum(drawn // SHARE_BY_CHANCE, 1).astype(np.uint32)
 
 
 def lost_light(image: Singles, stderr: Singles, missing: Singles, colours: int) -> Singles:

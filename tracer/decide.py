@@ -104,15 +104,16 @@ def share_out_with_chances(
     counts = share_out(importance, wanted, settings, now, True, generator)
     left_out = (counts == now.drawn) & (wanted > 0) & (now.drawn < settings.most_samples)
     chance = np.where(left_out, bias.chances(importance), counts > now.drawn)
-    expected, left = chance[left_out].sum(), now.goal - int(now.drawn.sum())
+    size = bias.samples_by_chance(now.drawn)
+    expected, left = (chance * size)[left_out].sum(), now.goal - int(now.drawn.sum())
     share = min(1.0, MOST_BY_CHANCE * (left - int((counts > now.drawn).sum())) / max(expected, 1e-9))
     if expected == 0 or share < LEAST_THINNED:
         return Decision(counts, importance=importance, chance=(counts > now.drawn).astype(np.float32))
     chance = np.where(left_out, chance * share, chance)
     picked = left_out & (generator.random(chance.shape) < chance)
     # Whoever had a sample has one still, and whoever was not picked has none, or the chance would be another one.
-    lower = now.drawn + (picked | (counts > now.drawn))
-    upper = np.where(left_out & ~picked, now.drawn, settings.most_samples)
+    lower = now.drawn + np.where(picked, size, counts > now.drawn)
+    upper = np.where(left_out & ~picked, now.drawn, np.maximum(settings.most_samples, lower))
     least = least_counts(wanted, settings, now, settings.least_samples)
     if np.maximum(least, lower).sum() > now.goal:
         return Decision(counts, importance=importance, chance=(counts > now.drawn).astype(np.float32))
