@@ -101,12 +101,17 @@ def main(output: Annotated[Path, typer.Option("--output", "-o", help="Folder for
         reference = tracer.render(scene, size=SIZE, spp=REFERENCE_SPP, seed=REFERENCE_SEED, criterion="uniform")
         truth = reference.image[..., :3]
         rows += [measure(name, scene, spp, truth) for spp in BUDGETS]
-        files.write_text(output / "results.json", json.dumps([asdict(row) for row in rows], indent=1) + "\n")
+        write(output, rows)
+
+
+def write(output: Path, rows: list[Row]) -> None:
+    """Write what there is, after every scene: a run that is stopped leaves what it has measured."""
     conditions = (
         f"{SIZE} pixels wide, seeds {FIRST_SEED} to {FIRST_SEED + SEEDS - 1}, references of {REFERENCE_SPP} spp with "
         f"uniform samples; {platform.machine()}. Bias: error of a picture's mean and its 95 % interval. Gain: relMSE "
         "of uniform samples over that of the default, same samples. Spread: standard deviation of a picture's mean.\n"
     )
+    files.write_text(output / "results.json", json.dumps([asdict(row) for row in rows], indent=1) + "\n")
     files.write_text(output / "results.md", f"# Bias\n\n{conditions}\n{table(rows)}")
 
 
