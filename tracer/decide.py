@@ -190,3 +190,9 @@ def predicted_overhead(statistics: Statistics, now: Situation) -> float:
     """
     rays = max(float(statistics.rays.mean()), 1.0) * (now.horizon or now.total) / now.drawn.size
     return RAYS_PER_DECISION / rays
+
+
+def relative(importance: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Return an importance (H, W) as a multiple of its mean; zeros where that is not a number."""
+    mean = float(importance.mean())
+    return (importance / mean if 0 < mean < np.inf else np.zeros_like(importance)).astype(np.float32)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from tracer import bias, criteria, memory, objective, pilot, threads
-from tracer.decide import Decision, Situation, decide, share_out
+from tracer.decide import Decision, Situation, decide, relative, share_out
 from tracer.denoise import load as load_denoiser
 from tracer.errors import ClusterError, PendingWriteError
 from tracer.estimate import Estimate, Statistics
@@ -392,12 +392,6 @@ class Rendering:
     def layer(self, values: NDArray | None) -> NDArray[np.float32]:
         """Return the part of ``values`` (grid) that is in the image; zeros if there are none."""
         return (np.zeros(self.view.grid) if values is None else values)[self.view.inner].astype(np.float32)
-
-
-def relative(importance: NDArray[np.float64]) -> NDArray[np.float32]:
-    """Return an importance (H, W) as a multiple of its mean; zeros where that is not a number."""
-    mean = float(importance.mean())
-    return (importance / mean if 0 < mean < np.inf else np.zeros_like(importance)).astype(np.float32)
 
 
 def extent(counts: NDArray[np.uint32]) -> tuple[int, int]:
