@@ -8,7 +8,7 @@ from scipy import stats
 
 import tracer
 from tracer import bias
-from tracer.bias import UnbiasedMean, chances, lost_light, part_of, round_means, weights
+from tracer.bias import UnbiasedMean, chances, lost_light, part_of, round_means, trusted, weights
 from tracer.estimate import Statistics
 from tracer.merge import merge
 
@@ -110,10 +110,27 @@ def test_all_of_it_is_given_back_but_no_more_than_a_twentieth(part, seed):
     assert np.all(np.abs(lost) <= bias.MOST * image * 1.0001)
     for channel in range(3):
         wanted, given_back = missing[..., channel].sum(dtype=np.float64), lost[..., channel].sum(dtype=np.float64)
+        wanted *= trusted(missing[..., :3].sum(axis=-1, dtype=np.float64))
         noise, brightness = bias.NOISY * stderr[..., channel], image[..., channel]
         most = bias.MOST * (noise * brightness / (noise + brightness)).sum()
         assert given_back == pytest.approx(np.clip(wanted, -most, most), rel=1e-3, abs=1e-4)
     assert part_of(lost, image, 3) == pytest.approx(lost[..., :3].mean() / image[..., :3].mean(), abs=1e-6)
+
+
+def test_what_is_measured_is_trusted_as_far_as_its_error_allows():
+    """Of normal numbers around a mean of as many standard errors, the factor is near that of least squared error."""
+    generator = np.random.default_rng(3)
+    for errors in (0.0, 1.0, 3.0, 10.0):
+        numbers = generator.normal(errors / 100, 1.0, (200, 100, 100))  # of 10^4, the mean has an error of 1 / 100
+        factors = np.array([trusted(each) for each in numbers])
+        means = numbers.mean(axis=(1, 2)) * 100
+        assert factors == pytest.approx(means**2 / (means**2 + 1), rel=0.05, abs=0.01)
+        if errors == 0:
+            assert np.mean((factors * means) ** 2) < 0.6 * np.mean(means**2)
+        if errors == 10:
+            assert factors.min() > 0.97
+    assert trusted(np.zeros((2, 2))) == 0
+    assert trusted(np.full((2, 2), np.inf)) == 0
 
 
 def test_what_has_no_noise_stays_as_it_is():

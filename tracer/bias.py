@@ -138,16 +138,31 @@ def lost_light(image: Singles, stderr: Singles, missing: Singles, colours: int) 
     """Return what is to be added to a picture (H, W, C) of standard errors ``stderr``, so that its mean is right.
 
     ``missing`` (H, W, C): what each pixel's unbiased mean is above its own, very noisy. The sum of what is returned is
-    that of ``missing`` in each of the first ``colours`` channels, if that is not more than MOST allows; 0 in others.
+    that of ``missing`` in each of the first ``colours`` channels, as far as it is ``trusted`` and MOST allows; 0 in
+    others.
     """
     brightness = np.abs(image)
     noise = NOISY * stderr
     share = noise * brightness / np.maximum(noise + brightness, np.float32(1e-30))
     whole = share.sum(axis=(0, 1), dtype=np.float64)
     part = missing.sum(axis=(0, 1), dtype=np.float64) / np.where(whole > 0, whole, 1)
-    part = np.where(np.isfinite(part) & (whole > 0), np.clip(part, -MOST, MOST), 0)
+    part = np.where(np.isfinite(part) & (whole > 0), part, 0)
+    part = np.clip(part * trusted(missing[..., :colours].sum(axis=-1, dtype=np.float64)), -MOST, MOST)
     part[colours:] = 0
     return np.where(np.isfinite(share), share * part, 0).astype(np.float32)
+
+
+def trusted(missing: NDArray[np.float64]) -> float:
+    """Return the part of the sum of ``missing`` (H, W) that is taken to be true, 0 to 1.
+
+    With the sum m and its standard error e, from how far pixels are apart, m^2 / (m^2 + e^2): the factor by which a
+    measurement of m with that error has the least mean square error. Where there is hardly a bias to be measured, as
+    after many samples or in a small picture, the picture would only become noisier.
+    """
+    if not np.all(np.isfinite(missing)):
+        return 0.0
+    whole, error = missing.sum(), missing.std() * np.sqrt(missing.size)
+    return float(whole**2 / (whole**2 + error**2)) if whole else 0.0
 
 
 def with_lost_light(
