@@ -162,7 +162,7 @@ def test_a_scheduler_that_goes_away_leaves_a_checkpoint(alone, tmp_path, monkeyp
             time.sleep(0.1)
         with Client(scheduler_file=str(told), timeout=PATIENCE, set_as_default=False) as client:
             client.wait_for_workers(1)
-        with pytest.raises(ClusterError, match=r"is gone.*has [0-9.]+ % of the samples; go on with --resume"):
+        with pytest.raises(ClusterError, match=r"is gone.*has [0-9.]+ % of the samples; go on with resume=True"):
             tracer.render(SCENE, cluster=str(told), checkpoint=path, progress=once(0.5, scheduler.kill), **SETTINGS)
     finally:
         for process in (worker, scheduler):
