@@ -1,6 +1,7 @@
 """A render that goes on from its checkpoint is the one that was never stopped; a checkpoint of another is refused."""
 
 import json
+from dataclasses import replace
 
 import mitsuba as mi
 import numpy as np
@@ -10,6 +11,7 @@ import tracer
 from conftest import files_of_at_most
 from tracer import checkpoint
 from tracer.errors import CheckpointError, OutputError
+from tracer.merge import merge
 from tracer.wording import speaking_to_command_line
 
 SETTINGS = {"spp": 32, "seed": 3}
@@ -224,3 +226,16 @@ def test_a_camera_that_prints_alike_is_another_one(cornell, tmp_path):
     tracer.render(scene, sensor=near, spp=4, checkpoint=path)
     with pytest.raises(CheckpointError, match="another sensor"):
         tracer.render(scene, sensor=far, spp=8, checkpoint=path, resume=True)
+
+
+@pytest.mark.parametrize("name", ["before.mean", "before.count", "unbiased.total", "unbiased.weight", "chance"])
+@pytest.mark.parametrize("shape", [lambda array: array[..., None], lambda array: array[:-1], lambda array: array[0]])
+def test_an_array_of_another_shape_is_damage(cornell, tmp_path, name, shape):
+    path = tmp_path / "state.ckpt"
+    tracer.render(cornell(size=(12, 8)), spp=16, checkpoint=path)
+    kept = checkpoint.read(path)
+    checkpoint.write(replace(kept, arrays={**kept.arrays, name: shape(kept.arrays[name])}))
+    with pytest.raises(CheckpointError, match="damaged"):
+        tracer.render(cornell(size=(12, 8)), spp=32, checkpoint=path, resume=True)
+    with pytest.raises(CheckpointError, match="damaged"):
+        merge([path])

@@ -19,7 +19,7 @@ from tracer.frame import PlainFrame
 from tracer.parts import missing
 from tracer.result import Report, Result
 from tracer.settings import MOST_SPP, make_settings
-from tracer.state import before_of, part, unbiased_of
+from tracer.state import before_of, part, require_shapes, unbiased_of
 
 
 def merge(paths: Sequence[Path], output: Path | None = None) -> tuple[Result, Checkpoint]:
@@ -68,15 +68,20 @@ def unbiased_mean(kept: Checkpoint, total: Estimate) -> tuple[UnbiasedMean | Non
     Raises CheckpointError.
     """
     known = total.statistics()
-    grid = total.view.grid
-    for name, array in kept.arrays.items():
-        if name.startswith(("before.", "unbiased.", "chance")) and array.shape[:2] != grid:
-            raise CheckpointError(f"'{kept.path}' is a damaged checkpoint; render it anew.")
-    unbiased = unbiased_of(kept.arrays)
-    if unbiased is not None and "drawn" in kept.arrays:  # a merge has no rounds
-        before, chance, is_whole = before_of(kept.arrays), kept.arrays.get("chance"), "allocation" not in kept.arrays
-        unbiased = mean_at_the_end(unbiased, before, known, chance, is_whole)
-    return unbiased, known
+    try:
+        require_shapes(kept.arrays, total)
+        unbiased = unbiased_of(kept.arrays)
+        if unbiased is not None and "drawn" in kept.arrays:  # a merge has no rounds
+            chance, is_whole = kept.arrays.get("chance"), "allocation" not in kept.arrays
+            unbiased = mean_at_the_end(unbiased, before_of(kept.arrays), known, chance, is_whole)
+        return unbiased, known
+    except (ValueError, TypeError):
+        raise damaged(kept) from None
+
+
+def damaged(kept: Checkpoint) -> CheckpointError:
+    """Return the error of a checkpoint whose entries do not agree."""
+    return CheckpointError(f"'{kept.path}' is a damaged checkpoint; render it anew.")
 
 
 def merged_means(means: list[tuple[UnbiasedMean | None, Statistics]]) -> UnbiasedMean | None:
@@ -99,7 +104,7 @@ def sums(kept: Checkpoint) -> Estimate:
             total.merge(restored(kept, "held_out"))  # stopped: as in the picture that was made of it
         return total
     except (ValueError, KeyError, TypeError, AttributeError, OverflowError):
-        raise CheckpointError(f"'{kept.path}' is a damaged checkpoint; render it anew.") from None
+        raise damaged(kept) from None
 
 
 def restored(kept: Checkpoint, name: str) -> Estimate:

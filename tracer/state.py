@@ -92,12 +92,7 @@ class State:
 
     def unpack(self, arrays: Arrays, plain: dict[str, Any], new: Estimate) -> None:
         """Take over what was packed; ``new``: an empty estimate for samples held out. Raises ValueError, KeyError."""
-        for name, array in arrays.items():
-            expected = new.view.size if name.startswith("meter.") else self.drawn.shape
-            if not SUMS.match(name) and array.shape[:2] != expected:
-                raise ValueError("these arrays are of another picture")
-        if any(arrays[name].dtype != np.uint32 for name in ("drawn", "allocation") if name in arrays):
-            raise ValueError("these are no counts")
+        require_shapes(arrays, new)
         self.estimate.restore(part(arrays, "estimate"))
         if "held_out.0" in arrays:
             new.restore(part(arrays, "held_out"))
@@ -112,6 +107,27 @@ class State:
         self.meter = NoiseMeter(arrays.get("meter.image"), arrays.get("meter.count"), plain["factor"], plain["scale"])
         self.rounds = [Round(**one) for one in plain["rounds"]]
         self.generator.bit_generator.state = plain["generator"]
+
+
+PICTURE_LIKE = ("mean", "variance", "total", "meter.image")
+"""Ends of the names of arrays that have a value for each channel; others have one for each pixel."""
+
+
+def require_shapes(arrays: Arrays, estimate: Estimate) -> None:
+    """Raise ValueError if arrays of a state, but for sums, are not of the picture of ``estimate``, or are no counts."""
+    frame, kinds = estimate.view, {"moments": estimate.moments, "peaks": estimate.peaks}
+    for name, array in arrays.items():
+        if SUMS.match(name):
+            continue
+        expected = tuple(frame.size if name.startswith("meter.") else frame.grid)
+        if name.endswith(PICTURE_LIKE):
+            expected += (len(frame.channels),)
+        elif name.startswith("before.") and (kind := name.removeprefix("before.")) in kinds:
+            expected += (kinds[kind],)
+        if array.shape != expected:
+            raise ValueError("these arrays are of another picture")
+        if name in ("drawn", "allocation") and array.dtype != np.uint32:
+            raise ValueError("these are no counts")
 
 
 def before_of(arrays: Arrays) -> Statistics | None:

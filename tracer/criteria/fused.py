@@ -59,9 +59,10 @@ def fused(evidence: Evidence) -> Floats:
     observed, valid = error_of_means(before, known, weight, evidence.colour_channels)
     chosen = np.flatnonzero(valid)[:: (valid.size // FIT_PIXELS) | 1]  # odd, or it would see a few columns only
     columns = np.stack([column.ravel()[chosen] for column in past], axis=-1).astype(np.float64)
-    if len(chosen) == 0 or not np.all(np.isfinite(columns)):
+    errors = observed.ravel()[chosen]
+    if len(chosen) == 0 or not (np.all(np.isfinite(columns)) and np.all(np.isfinite(errors))):
         return np.ones_like(evidence.weight)
-    predicted = combine(present, fit(columns, observed.ravel()[chosen]))
+    predicted = combine(present, fit(columns, errors))
     return np.sqrt(np.maximum(predicted, SMALLEST * predicted.mean()))
 
 
