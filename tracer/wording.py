@@ -20,7 +20,7 @@ def speaking_to_command_line() -> Iterator[None]:
 
 
 def option(name: str, value: str = "") -> str:
-    """Return how an option is written: "--memory-limit 4" at a command line, "memory_limit=4" in Python.
+    """Return how an option is written: "--checkpoint-every 4" at a command line, "checkpoint_every=4" in Python.
 
     ``name`` is that of Python's keyword. Without a ``value`` it is a switch, which is on.
     """
