@@ -10,6 +10,7 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
+from tracer import threads
 from tracer.errors import OutputError
 from tracer.files import write_exr
 from tracer.threads import COUNT, for_files
@@ -146,6 +147,18 @@ def test_the_pool_is_as_it_was_before(set_threads, own):
             assert dr.thread_count() == max(own, COUNT)
         assert dr.thread_count() == max(own, COUNT)
     assert dr.thread_count() == own
+
+
+def test_embree_has_the_threads_that_the_pool_had_before(set_threads, monkeypatch):
+    """It has no room for more than two a core, and crashes now and then where Mitsuba has offered it four on one."""
+    found = []
+    monkeypatch.setattr(threads.mi, "load_dict", lambda scene: found.append((scene, dr.thread_count())))
+    threads.prepare_embree.cache_clear()
+    set_threads(1)
+    for _ in range(2):
+        with for_files():
+            pass
+    assert found == [({"type": "scene"}, 1)]
 
 
 def test_what_the_block_sets_stays(set_threads):

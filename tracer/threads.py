@@ -12,6 +12,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
 
 import drjit as dr
 import mitsuba as mi
@@ -56,9 +57,20 @@ def for_files() -> Iterator[None]:
 def extend() -> None:
     """Begin a block."""
     if extended.own_count is None and dr.thread_count() < COUNT:
+        prepare_embree(mi.variant())
         extended.own_count = dr.thread_count()
         dr.set_thread_count(COUNT)
     extended.blocks += 1
+
+
+@cache
+def prepare_embree(variant: str) -> None:
+    """Build a first scene, after which Embree takes as many threads as the pool has now, and never more.
+
+    Embree has room for two threads for each core that the process may run on, and Mitsuba may offer it as many as the
+    pool has when the first scene is built: four on one core crash the process one time in ten.
+    """
+    mi.load_dict({"type": "scene"})
 
 
 def restore() -> None:

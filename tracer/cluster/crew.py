@@ -166,7 +166,8 @@ def checked(crew: Crew) -> Crew:
         crew.client.wait_for_workers(1, timeout=LONGEST_WAIT)
     except TimeoutError:
         raise ClusterError(f"The scheduler {crew.address} has no workers; start one with 'dask worker'.") from None
-    for worker, found in crew.client.run(software, on_error="return").items():
+    present = sorted(set(crew.workers()) - crew.silent())  # one that hangs would never answer
+    for worker, found in crew.client.run(software, workers=present, on_error="return").items():
         if isinstance(found, Exception):
             raise ClusterError(
                 f"Worker {worker} cannot load tracer ({type(found).__name__}: {found}); install the same version there."
