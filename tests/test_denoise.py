@@ -60,6 +60,7 @@ def test_noise_falls(small):
     assert score.flip(colour_only, reference) < 0.7 * score.flip(noisy, reference)
 
 
+@pytest.mark.slow
 def test_noise_of_shared_samples_stays(small):
     """Why pixels must be means of their own samples; should this fail, the denoiser has learned of filters."""
     noisy, reference = pictures(small_scene((96, 96), "gaussian"))
@@ -84,6 +85,7 @@ def test_twice_is_the_same_and_inputs_are_left_alone(small):
         assert np.array_equal(each, copy)
 
 
+@pytest.mark.slow
 def test_tiles_change_nothing(small, monkeypatch):
     image = np.tile(small[0], (8, 8, 1))
     whole = denoise(image)

@@ -127,6 +127,7 @@ def test_lines_longer_than_32_bits():
     assert np.array(index).tolist() == [*range(2**31 - 11, 2**31 + 5), *range(7), *range(9)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 def test_the_size_of_passes_changes_no_bit_where_rays_meet_two_surfaces(seed):
     """In this room edges of boxes meet walls: without packets of the round 1 to 5 of 65 536 pixels differ."""

@@ -189,6 +189,7 @@ def test_info_names_the_library(tracer_program):
         assert word in out
 
 
+@pytest.mark.slow
 def test_compare_prints_a_table_and_keeps_the_reference(tracer_program, scene_file, tmp_path):
     ball = '<shape type="sphere"><point name="center" x="0" y="0" z="4"/></shape>'
     scene = scene_file(LIT + ball)

@@ -23,6 +23,7 @@ def run(*arguments):
     return subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
 
 
+@pytest.mark.slow
 def test_workers_write_the_same_picture(tmp_path):
     for name, more in (("alone.exr", []), ("workers.exr", ["--workers", 2])):
         done = run("render", SCENE, "-o", tmp_path / name, "--spp", 16, "--size", 64, "--json", *more)
@@ -33,6 +34,7 @@ def test_workers_write_the_same_picture(tmp_path):
     assert np.array_equal(one, other)
 
 
+@pytest.mark.slow
 def test_parts_need_no_picture(tmp_path):
     for number in (1, 2):
         path = tmp_path / f"{number}.ckpt"

@@ -51,6 +51,7 @@ def picture(path):
         return np.array(opened.convert("RGB"), float) / 255
 
 
+@pytest.mark.slow
 def test_measure(scene, tmp_path, monkeypatch):
     monkeypatch.setattr("tracer.viewpoint.reports.measure.SHOWN", 1)  # to draw takes longest
     said = call("measure", scene, "-o", tmp_path / "out", "--level", 1, "--side", 32)
@@ -203,6 +204,7 @@ def test_cover_says_what_is_not_seen(scene, tmp_path):
     assert names_in(tmp_path / "out") == ["cameras.xml", "sphere.png", "views.csv", "views.png"]
 
 
+@pytest.mark.slow
 def test_a_crystal_is_shown_along_its_rows(tmp_path):
     a = 3.567
     places = [[0, 0, 0], [0, 2, 2], [2, 0, 2], [2, 2, 0], [1, 1, 1], [1, 3, 3], [3, 1, 3], [3, 3, 1]]

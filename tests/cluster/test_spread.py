@@ -51,6 +51,7 @@ def test_the_size_of_units_does_not_matter(two_workers, monkeypatch, seconds):
     same(render(cluster=two_workers), render())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("criterion", ["uniform", "fused"])
 def test_rays_that_meet_two_surfaces_take_the_same_one(two_workers, tmp_path, monkeypatch, criterion):
     """Which one depends on the rays beside them: packets that begin anew with each unit change sums."""

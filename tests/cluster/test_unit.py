@@ -84,6 +84,14 @@ def test_a_unit_keeps_to_the_scale_and_the_largest_pass_of_its_work(setup, tmp_p
     assert seen == [(4096, 9, 0.125)]
 
 
+def test_nothing_that_dask_frees_is_of_dr_jits_memory(setup, tmp_path):
+    """Dask would free it on its own thread, and wait there for ever now and then."""
+    with open_scene(SCENE, size=16) as view:
+        stretches = rounds(view.pixel_count)
+    known = draw(setup, tmp_path, (0, 40), stretches)["known"]
+    assert all(type(values) is np.ndarray and values.flags.owndata for values in vars(known).values())
+
+
 def test_a_worker_of_another_version_draws_nothing(setup, monkeypatch):
     monkeypatch.setattr(unit, "get_worker", lambda: SimpleNamespace(address="tcp://old"))
     work = Work({**software(), "Mitsuba": "3.0"}, None, 1 << 20, 5, 0.25)

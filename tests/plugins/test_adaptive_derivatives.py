@@ -64,6 +64,7 @@ def test_gradient_is_the_slope_of_the_adaptive_picture(monkeypatch):
     assert slope == pytest.approx((bright.sum() - dark.sum()) / 0.1, rel=0.05)
 
 
+@pytest.mark.slow
 def test_inverse_rendering_finds_an_albedo():
     description = grey_floor(reflectance=0.2)
     _, adaptive = integrators(description)

@@ -105,6 +105,7 @@ def pictures(scene, spp=256, **settings):
     return made, mi.render(loaded, integrator=path, spp=4 * spp).numpy()[..., :3]
 
 
+@pytest.mark.slow
 def test_inside_a_sphere():
     """Triangles of a sphere are in front of it when it is seen from inside."""
     bright = {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.7}}

@@ -147,6 +147,7 @@ FACTORS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FACTORS)
 @pytest.mark.parametrize("way", WAYS)
 def test_form_factors_of_unit_squares(name, way):

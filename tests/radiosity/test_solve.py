@@ -92,6 +92,7 @@ def test_agrees_with_a_path_tracer_the_better_the_smaller_patches_are(lights):
     assert errors[2] < 0.04
 
 
+@pytest.mark.slow
 def test_guided_rays_find_the_same_and_less_error():
     """A lamp that shines at the ceiling from near: what is not the ceiling is lit by a small bright part of it."""
     scene = mi.cornell_box()

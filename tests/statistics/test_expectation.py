@@ -66,6 +66,7 @@ def test_mean_over_seeds_agrees_for(case):
     assert np.abs(scores).max() < limit(scores)
 
 
+@pytest.mark.slow
 def test_a_picture_two_percent_too_bright_does_not_pass():
     brighter = scene()
     brighter["lamp"]["emitter"]["radiance"] *= 1.02

@@ -28,6 +28,7 @@ def plan(scene_file):
     return make_plan({**values, "reference_spp": 4000})
 
 
+@pytest.mark.slow
 def test_workers_keep_the_same_pictures(plan, tmp_path, two_workers):
     there = run_study(plan, tmp_path / "there", cluster=two_workers)
     here = run_study(plan, tmp_path / "here")

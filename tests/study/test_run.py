@@ -85,6 +85,7 @@ def test_scores_are_those_of_the_pictures(scene, tmp_path):
     np.testing.assert_array_equal(cells.load(fused, tmp_path / "out")[0].image, alone.image)
 
 
+@pytest.mark.slow
 def test_nothing_is_rendered_twice(scene, tmp_path, monkeypatch):
     shots = count_shots(monkeypatch)
     first = run_study(plan_of(scene), tmp_path / "out")
@@ -103,6 +104,7 @@ def test_nothing_is_rendered_twice(scene, tmp_path, monkeypatch):
     assert len(shots) == 30 + 12
 
 
+@pytest.mark.slow
 def test_times_of_several_runs_are_marked(scene, tmp_path):
     run_study(plan_of(scene, spp=[4], methods=METHODS[:2]), tmp_path / "out")
     results = run_study(plan_of(scene, spp=[4]), tmp_path / "out")
@@ -129,6 +131,7 @@ def finished(folder):
     return {path for path in folder.rglob("*seed*.exr") if not path.name.startswith(".")}
 
 
+@pytest.mark.slow
 def test_killed_and_started_again(scene, tmp_path, monkeypatch):
     """Whenever the process dies, what was finished is whole, and the rest is made."""
     plan = tmp_path / "small.toml"
@@ -219,6 +222,7 @@ def test_references_are_good_enough_or_it_is_said(scene, tmp_path):
     assert "Too close" in (tmp_path / "poor" / "index.html").read_text()
 
 
+@pytest.mark.slow
 def test_a_folder_of_another_study(scene, tmp_path):
     run_study(plan_of(scene, spp=[4], seeds=1), tmp_path / "out")
     text = (
@@ -287,6 +291,7 @@ def test_two_at_once(scene, tmp_path):
         run_study(plan_of(scene), tmp_path / "out")
 
 
+@pytest.mark.slow
 def test_damaged_pictures_are_made_again(scene, tmp_path, monkeypatch):
     run_study(plan_of(scene), tmp_path / "out")
     damaged = sorted(finished(tmp_path / "out"))[:2]

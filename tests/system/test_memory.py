@@ -42,7 +42,7 @@ def peak(*arguments):
 
 @pytest.mark.slow
 def test_peak_is_bounded():
-    peaks = [peak(spp, 1600, 1200, 0) for spp in (16, 128)]
+    peaks = [peak(spp, 1600, 1200, 0) for spp in (16, 64)]
     print([f"{each / 1e9:.2f} GB" for each in peaks])
     assert max(peaks) < 1600 * 1200 * BYTES_PER_PIXEL + BYTES_PER_PASS
     assert peaks[1] < 1.3 * peaks[0]

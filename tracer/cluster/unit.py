@@ -12,6 +12,7 @@ from distributed import get_worker
 from tracer.cluster.setup import Setup, Work, require_same, software
 from tracer.cluster.stage import DEVICE, Place, place_of, stage_for
 from tracer.cluster.sums import TRASH, Sums
+from tracer.estimate import Statistics
 from tracer.here import Pass
 from tracer.line import Line, Stretch
 from tracer.memory import SMALLEST_PASS
@@ -82,7 +83,7 @@ def draw_on_device(
             drawn[first - stretch.first_pixel :][:size] = strip.drawn().ravel()
             line = Line(stretch, drawn, first)
             passes += drawer.draw_line(strip, line, work.seed, work.scale, first)
-        known = strip.statistics()
+        known = in_own_memory(strip.statistics())
         dr.sync_thread()
     took = Took(
         samples=sum(one.samples for one in passes),
@@ -92,6 +93,16 @@ def draw_on_device(
         worker=address,
     )
     return {"sums": Sums(strip), "known": known, "took": took}
+
+
+def in_own_memory(known: Statistics) -> Statistics:
+    """Return a copy of statistics, of which nothing is Dr.Jit's memory.
+
+    Dask frees results on the thread that hears the scheduler. With Dr.Jit's arrays among them that thread would wait for
+    Dr.Jit with Python's lock held, while the thread that draws has Dr.Jit's lock and waits for Python's: the worker
+    would hang for ever.
+    """
+    return Statistics(**{name: np.array(values) for name, values in vars(known).items()})
 
 
 def tell(drawn: dict[str, Any]) -> tuple[Any, Took]:

@@ -31,6 +31,7 @@ def test_time_is_compared_along_the_line_of_even_rays():
     assert found[0]["equal_time"][0] == pytest.approx(0.5)
 
 
+@pytest.mark.slow
 def test_every_method_finds_what_is_true():
     place = prepare(Example("small", "", load(chandelier()), 2.0, True))
     mean = place.truth.mean()

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tracer.radiosity.report import convergence, everything, whole
+from tracer.radiosity.report import convergence, everything, uses, whole
 from tracer.radiosity.report.scenes import examples
 
 
@@ -12,7 +12,10 @@ def test_a_small_report_has_all_its_files_and_can_be_stopped(tmp_path, monkeypat
     monkeypatch.setattr(everything, "RAYS", (64, 256))
     monkeypatch.setattr(convergence, "SEEDS", 2)
     monkeypatch.setattr(convergence, "TRUTH", 256)
+    monkeypatch.setattr(uses, "RAYS", 32)
+    monkeypatch.setattr(uses, "SEEDS", 2)
     monkeypatch.setattr(whole, "SPP", 1)
+    monkeypatch.setattr(whole, "SEEDS", 2)
     monkeypatch.setattr(whole, "RAYS", 16)
     monkeypatch.setattr(whole, "SIZES", (0.8,))
     monkeypatch.setattr(everything, "examples", lambda: [each for each in examples() if each.name in everything.NEEDED])

@@ -9,7 +9,7 @@ from .pool import run_all
 from .verdict import complaint
 
 WORKERS = 2
-FEW, MANY = 3, 120
+FEW, MANY = 3, 40
 """Inputs of each kind."""
 
 
@@ -40,12 +40,12 @@ def test_a_few_broken_inputs(tmp_path):
 
 
 @pytest.mark.slow
-def test_thousands_of_broken_inputs(tmp_path):
+def test_hundreds_of_broken_inputs(tmp_path):
     codes, wrong = judge_all(range(1000, 1000 + MANY), tmp_path)
     print(dict(codes))
     assert not wrong, "\n".join(wrong)
-    assert codes.total() >= 2000
-    assert codes[0] > 400 < codes[2]
+    assert codes.total() >= 700
+    assert codes[0] > 130 < codes[2]
 
 
 def test_every_kind_makes_the_same_input_again(tmp_path):
