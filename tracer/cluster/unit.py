@@ -98,9 +98,9 @@ def draw_on_device(
 def in_own_memory(known: Statistics) -> Statistics:
     """Return a copy of statistics, of which nothing is Dr.Jit's memory.
 
-    Dask frees results on the thread that hears the scheduler. With Dr.Jit's arrays among them that thread would wait for
-    Dr.Jit with Python's lock held, while the thread that draws has Dr.Jit's lock and waits for Python's: the worker
-    would hang for ever.
+    Dask frees results on the thread that hears the scheduler. With Dr.Jit's arrays among them that thread would wait
+    for Dr.Jit with Python's lock held, while the thread that draws has Dr.Jit's lock and waits for Python's: the
+    worker would hang for ever.
     """
     return Statistics(**{name: np.array(values) for name, values in vars(known).items()})
 
