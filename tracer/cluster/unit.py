@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from typing import Any, TypedDict
+from dataclasses import replace
+from typing import Any, TypedDict, TypeVar
 
 import drjit as dr
 import numpy as np
@@ -12,10 +13,12 @@ from distributed import get_worker
 from tracer.cluster.setup import Setup, Work, require_same, software
 from tracer.cluster.stage import DEVICE, Place, place_of, stage_for
 from tracer.cluster.sums import TRASH, Sums
-from tracer.estimate import Statistics
 from tracer.here import Pass
 from tracer.line import Line, Stretch
 from tracer.memory import SMALLEST_PASS
+
+
+Record = TypeVar("Record", bound=Any)
 
 
 class Took(TypedDict):
@@ -95,14 +98,15 @@ def draw_on_device(
     return {"sums": Sums(strip), "known": known, "took": took}
 
 
-def in_own_memory(known: Statistics) -> Statistics:
-    """Return a copy of statistics, of which nothing is Dr.Jit's memory.
+def in_own_memory(record: Record) -> Record:
+    """Return a dataclass with copies of its arrays, so that nothing of it is Dr.Jit's memory.
 
     Dask frees results on the thread that hears the scheduler. With Dr.Jit's arrays among them that thread would wait
     for Dr.Jit with Python's lock held, while the thread that draws has Dr.Jit's lock and waits for Python's: the
     worker would hang for ever.
     """
-    return Statistics(**{name: np.array(values) for name, values in vars(known).items()})
+    arrays = {name: np.array(values) for name, values in vars(record).items() if isinstance(values, np.ndarray)}
+    return replace(record, **arrays)
 
 
 def tell(drawn: dict[str, Any]) -> tuple[Any, Took]:
