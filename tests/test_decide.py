@@ -221,6 +221,7 @@ def test_shares_are_those_of_the_criterion_and_not_rounded_to_powers_of_two():
     assert np.all(np.abs(allocation - 16 * importance / importance.mean()) < 1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("goal", [96 * 8, 96 * 5 + 17, 96 * 4 + 30])
 def test_chances_are_those_that_pixels_have(goal):
     """A pixel that has a sample counts 1 / chance times, and so once on average, whoever it is (Horvitz, Thompson)."""

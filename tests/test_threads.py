@@ -96,6 +96,7 @@ def test_one_core_renders_a_scene_with_exr_files(folder):
     assert "16 x 16" in run(folder, "-m", "tracer", "render", "scene.xml", "-o", "out.exr", "--spp", 4)
 
 
+@pytest.mark.slow
 def test_workers_of_one_thread_do(folder):
     command = ["-m", "tracer", "render", "scene.xml", "-o", "out.exr", "--spp", 4, "--workers", 2]
     assert "16 x 16" in run(folder, *command, one_core=False)

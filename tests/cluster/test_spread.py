@@ -84,6 +84,7 @@ def test_a_worker_may_have_several_threads():
         same(render(cluster=client), render())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("part", [0.1, 0.4, 0.8])
 @pytest.mark.parametrize("first", ["workers", "alone"])
 def test_either_goes_on_from_the_others_checkpoint(two_workers, tmp_path, monkeypatch, part, first):

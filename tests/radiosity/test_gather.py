@@ -166,6 +166,7 @@ def test_form_factors_of_unit_squares(name, way):
     assert abs(found.mean() - expected) < 5 * stderr + 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("floor", [0.1, 0.5, 1.0])
 @pytest.mark.parametrize("kind", ["entropy", "deviation"])
 @pytest.mark.parametrize("way", ["strata", "warp"])

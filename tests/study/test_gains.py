@@ -42,6 +42,7 @@ def coverage(seeds, trials=600):
     return held / trials
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seeds", "least", "most"), [(40, 0.92, 0.98), (5, 0.87, 0.98)])
 def test_intervals_hold_what_they_say(seeds, least, most):
     """Of 600 intervals 95 % hold the true ratio, of five seeds nearly so; bounds are three standard errors and more."""

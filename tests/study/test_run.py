@@ -156,6 +156,7 @@ def test_killed_and_started_again(scene, tmp_path, monkeypatch):
     assert len(shots) + len(kept) == len(results.measurements) == 2 * len(kept)
 
 
+@pytest.mark.slow
 def test_one_failure_does_not_stop_the_rest(scene, tmp_path, monkeypatch):
     own = methods.render_view
 

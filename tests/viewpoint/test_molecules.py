@@ -61,6 +61,7 @@ def test_graphite_along_its_layers(radius, expected):
     assert found[0] < found[1] < found[2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("make", "best"), [(diamond, [[1, 1, 0]]), (graphite, [[0, 1, 0]])])
 def test_the_narrow_minimum_is_found(make, best):
     atoms = make()

@@ -17,7 +17,6 @@ from tracer.here import Pass
 from tracer.line import Line, Stretch
 from tracer.memory import SMALLEST_PASS
 
-
 Record = TypeVar("Record", bound=Any)
 
 

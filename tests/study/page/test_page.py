@@ -11,6 +11,7 @@ from conftest import PATIENCE
 from study.page.conftest import HEIGHT, METHODS, WIDTH, made_up
 from tracer.study.page import build
 
+pytestmark = pytest.mark.slow
 MOST_SECONDS = 2.0
 MOST_BYTES = 40e6
 

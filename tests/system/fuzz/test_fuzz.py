@@ -9,7 +9,7 @@ from .pool import run_all
 from .verdict import complaint
 
 WORKERS = 2
-FEW, MANY = 3, 40
+FEW, MANY = 1, 40
 """Inputs of each kind."""
 
 
