@@ -86,10 +86,15 @@ def table(rows: list[Row]) -> str:
     for row in rows:
         shown = [row.bias[method] for method in ("given back", "not given back", "uniform")]
         biases = [f"{100 * mean:+.2f} ± {196 * error:.2f}" for mean, error in shown]
-        gains = ["{:.2f} [{:.2f}, {:.2f}]".format(*row.gain[method]) for method in ("given back", "not given back")]
+        gains = [gain_and_interval(*row.gain[method]) for method in ("given back", "not given back")]
         spreads = [f"{100 * row.spread[method]:.2f}" for method in ("given back", "uniform")]
         lines.append(f"| {row.scene} | {row.spp} | {' | '.join([*biases, *gains, *spreads])} |")
     return "\n".join(lines) + "\n"
+
+
+def gain_and_interval(mean: float, low: float, high: float) -> str:
+    """Return a gain with its interval; there is none where both pictures are the same."""
+    return f"{mean:.2f}" if np.isnan(low) else f"{mean:.2f} [{low:.2f}, {high:.2f}]"
 
 
 def main(output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the results.")]) -> None:
