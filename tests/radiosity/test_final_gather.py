@@ -55,3 +55,18 @@ def test_lamps_are_weighed_by_the_density_of_the_rays_that_hit_them(lit, floor):
     assert stderr < 2e-3 * expected
     # Three comparisons at 4.5 standard errors: false alarms below 1 in 40,000.
     assert abs(found.mean() - expected) < 4.5 * stderr
+
+
+def test_lights_behind_a_surface_bring_nothing(lit):
+    patches = cut(lit, 0.5)
+    gather = FinalGather(lit, patches, patches.emitted, None)
+    ray = mi.Ray3f(
+        mi.Point3f(*PLACE.tolist()) + mi.Vector3f(0, 0, 0.3), dr.zeros(mi.Vector3f, 64) - mi.Vector3f(0, 0, 1)
+    )
+    found, sample = lit.ray_intersect(ray), mi.Point2f(np.random.default_rng(1).random((2, 64)).astype(np.float32))
+    brought = {
+        side: np.array(gather.from_lights(lit, found, mi.UInt32(0), mi.Vector3f(0, 0, side), sample, mi.Bool(True)))
+        for side in (1, -1)
+    }
+    assert (brought[1] > 0).all()
+    assert not brought[-1].any()
