@@ -193,6 +193,37 @@ def test_units_of_a_worker_that_hangs_are_given_to_the_others(spreading):
     assert {worker for worker, *_ in spreading.sent} == {"tcp://b", "tcp://c"}
 
 
+def test_units_that_dask_moved_to_a_worker_that_hangs_are_given_away_once_more(spreading):
+    moved = unit(0)
+    pool = at_work(spreading, moved)
+    spreading.crew.hanging = {"tcp://a"}
+    for times in range(1, 4):
+        spreading.it.send_again(spreading.estimate, {moved}, [1.0], pool)
+        assert len(spreading.sent) == times
+        spreading.crew.busy["tcp://a"] = [whole.key for whole, _ in moved.futures]
+    spreading.crew.busy["tcp://b"] = [spreading.crew.busy["tcp://a"].pop()]
+    spreading.it.send_again(spreading.estimate, {moved}, [1.0], pool)
+    assert len(spreading.sent) == 3
+
+
+@pytest.mark.parametrize(("seconds", "again"), [(5.0, 0), (9.0, 1)])
+def test_what_was_sent_twice_is_late_after_twice_the_time(spreading, seconds, again):
+    late = unit(0)
+    pool = at_work(spreading, late, seconds=5.0)
+    spreading.it.send_again(spreading.estimate, {late}, [1.0], pool)
+    assert len(late.futures) == 2
+    spreading.sent.clear()
+    late.sent -= seconds
+    spreading.it.send_again(spreading.estimate, {late}, [1.0], pool)
+    assert len(spreading.sent) == again
+
+
+def test_what_nobody_was_asked_for_is_not_lost(spreading):
+    spreading.crew.hanging = {"tcp://a"}
+    spreading.it.send_again(spreading.estimate, {unit(0), unit(10, worker="tcp://a")}, [1.0], Pool())
+    assert spreading.sent == []
+
+
 def test_a_scene_is_sent_once_and_asked_for_three_times(spreading):
     one = unit(0)
     for _ in range(3):

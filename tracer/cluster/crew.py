@@ -115,6 +115,8 @@ def own_cluster(workers: int) -> Iterator[Any]:
     threads = max(1, len(os.sched_getaffinity(0)) // workers)
     settings = {
         "distributed.scheduler.allowed-failures": MOST_DEATHS,
+        # Units are dealt out here, and who hangs would get those of others, as it seems to have nothing to do.
+        "distributed.scheduler.work-stealing": False,
         # What nobody looks at here takes time from threads that have other things to do.
         "distributed.worker.profile.enabled": False,
         "distributed.admin.tick.interval": "1s",

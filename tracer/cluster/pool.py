@@ -35,10 +35,11 @@ class Unit:
     seconds: float = 0.0
     """It is expected to take."""
     sent: float = 0.0
+    """When it was sent last."""
     tries: int = 0
     """Workers that had no scene for it."""
     futures: list[tuple[Any, Any]] = field(default_factory=list)
-    """What is drawn, and what is told of it: by the first that was asked, and by one that draws all samples anew."""
+    """What is drawn, and what is told of it: by the first that was asked, and by others that draw all samples anew."""
 
 
 class Pool:

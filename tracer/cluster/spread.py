@@ -149,7 +149,7 @@ class Spread:
         pairs = self.post.send(pieces, worker, setup=self.setup, work=estimate.work)
         for unit, (whole, told) in zip(units, pairs, strict=True):
             unit.futures.append((whole, told))
-            unit.sent = unit.sent or time.monotonic()
+            unit.sent = time.monotonic()
             self.post.listen(told, (unit, whole))
 
     def piece(self, estimate: Held, unit: Unit, anew: bool) -> tuple[Any, int, int, int, list[Stretch]]:
@@ -199,15 +199,32 @@ class Spread:
                 unit.futures.clear()
             self.send(estimate, orphans, anew=True)
         good = [worker for worker in busy if worker not in self.silent]
-        once = [unit for unit in units if len(unit.futures) == 1]
-        lost = [unit for unit in once if self.silent & {unit.region.worker, who_has(unit, busy)}]
+        at = {key: worker for worker, keys in busy.items() for key in keys}
+        asked = [unit for unit in units if unit.futures]
+        lost = [unit for unit in asked if self.is_lost(unit, at)]
         for k, worker in enumerate(good):
             self.send(estimate, lost[k :: len(good)], worker, anew=True)
         limit = max(LATE_SECONDS, LATE * median(spent)) if spent else 10 * LATE_SECONDS
-        begun = {unit: max(unit.sent, self.last_done.get(who_has(unit, busy) or "", 0.0)) for unit in once}
-        late = [unit for unit in once if unit not in lost and time.monotonic() - begun[unit] > limit]
+        late = [unit for unit in asked if unit not in lost and self.is_late(unit, at, limit)]
         for unit, worker in zip(late, [each for each in good if not busy[each]], strict=False):
             self.send(estimate, [unit], worker, anew=True)
+
+    def is_lost(self, unit: Unit, at: dict[Any, str]) -> bool:
+        """Return whether nobody who answers has a unit, or who was asked lacks sums that nobody has who answers.
+
+        However often it was sent: Dask moves what waits to who has little to do, and that may be who hangs.
+        ``at``: the worker that has each key.
+        """
+        alone = len(unit.futures) == 1
+        return holders(unit, at) <= self.silent or (alone and unit.region.worker in self.silent)
+
+    def is_late(self, unit: Unit, at: dict[Any, str], limit: float) -> bool:
+        """Return whether more than ``limit`` seconds have gone since a unit was sent, or any who has it did another.
+
+        With every time that it was sent twice as long is waited.
+        """
+        done = [self.last_done.get(worker, 0.0) for worker in holders(unit, at) if worker is not None]
+        return time.monotonic() - max(unit.sent, *done, 0.0) > limit * 2 ** (len(unit.futures) - 1)
 
     def gather(self, estimate: Held) -> Estimate:
         """Return an estimate in this process with all sums. Raises ClusterError."""
@@ -281,7 +298,6 @@ def anew(estimate: Held, region: Region) -> Unit:
     return Unit(replace(region, source=None, skip=0), goal, goal)
 
 
-def who_has(unit: Unit, busy: dict[str, Any]) -> str | None:
-    """Return the worker that was given a unit, by what each is said to work on; None if it waits."""
-    keys = {future.key for pair in unit.futures for future in pair}
-    return next((worker for worker, tasks in busy.items() if keys & set(tasks)), None)
+def holders(unit: Unit, at: dict[Any, str]) -> set[str | None]:
+    """Return the workers that have a unit, and None if it also waits for one; ``at``: the worker that has each key."""
+    return {next((at[future.key] for future in pair if future.key in at), None) for pair in unit.futures}
