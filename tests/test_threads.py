@@ -162,6 +162,14 @@ def test_embree_has_the_threads_that_the_pool_had_before(set_threads, monkeypatc
     assert found == [({"type": "scene"}, 1)]
 
 
+def test_files_may_be_touched_before_there_is_a_variant(set_threads, monkeypatch):
+    monkeypatch.setattr(threads.mi, "variant", lambda: None)
+    monkeypatch.setattr(threads.mi, "load_dict", None)
+    set_threads(1)
+    with for_files():
+        assert dr.thread_count() == COUNT
+
+
 def test_what_the_block_sets_stays(set_threads):
     set_threads(1)
     with for_files():

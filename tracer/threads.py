@@ -57,7 +57,8 @@ def for_files() -> Iterator[None]:
 def extend() -> None:
     """Begin a block."""
     if extended.own_count is None and dr.thread_count() < COUNT:
-        prepare_embree(mi.variant())
+        if mi.variant() is not None:
+            prepare_embree(mi.variant())
         extended.own_count = dr.thread_count()
         dr.set_thread_count(COUNT)
     extended.blocks += 1

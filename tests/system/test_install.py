@@ -19,10 +19,10 @@ def test_wheel_runs_the_demo_outside_the_checkout(tmp_path):
     (wheel,) = tmp_path.glob("mitsuba_tracer-*.whl")
     environment = tmp_path / "venv"
     subprocess.run([sys.executable, "-m", "venv", str(environment)], check=True)
-    subprocess.run([str(environment / "bin" / "pip"), "install", "-q", str(wheel)], check=True)
     folder = tmp_path / "elsewhere"
     folder.mkdir()
     clean = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "DRJIT_LIBLLVM_PATH", "VIRTUAL_ENV")}
+    subprocess.run([str(environment / "bin" / "pip"), "install", "-q", str(wheel)], check=True, cwd=folder, env=clean)
     program = environment / "bin" / "tracer"
     result = subprocess.run(
         [str(program), "demo"], cwd=folder, env=clean, capture_output=True, text=True, timeout=PATIENCE
