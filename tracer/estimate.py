@@ -263,5 +263,9 @@ def rebuilt(tree: Tree, arrays: Iterator[NDArray]) -> Tree:
 
 
 def to_host(array: Any, shape: tuple[int, int]) -> NDArray:
-    """Return a device array as NumPy, in the shape of the grid."""
-    return np.asarray(array.numpy()).reshape(shape)
+    """Return a copy of a device array as NumPy, in the shape of the grid.
+
+    Memory of Dr.Jit's must not get out: another thread that frees it, as Dask's does on a worker, waits for Dr.Jit with
+    Python's lock held, while the thread that draws may have Dr.Jit's lock and wait for Python's.
+    """
+    return np.array(array.numpy().reshape(shape))

@@ -66,10 +66,10 @@ def extend() -> None:
 
 @cache
 def prepare_embree(variant: str) -> None:
-    """Build a first scene, after which Embree takes as many threads as the pool has now, and never more.
+    """Build an empty scene, so that Embree uses as many threads as the pool has now.
 
-    Embree has room for two threads for each core that the process may run on, and Mitsuba may offer it as many as the
-    pool has when the first scene is built: four on one core crash the process one time in ten.
+    Mitsuba sets Embree's number of threads once, to the size of the pool when the first scene is built. Embree has room
+    for two threads for each core that the process may run on: four on one core crash the process one time in ten.
     """
     mi.load_dict({"type": "scene"})
 

@@ -115,7 +115,7 @@ def own_cluster(workers: int) -> Iterator[Any]:
     threads = max(1, len(os.sched_getaffinity(0)) // workers)
     settings = {
         "distributed.scheduler.allowed-failures": MOST_DEATHS,
-        # Units are dealt out here, and who hangs would get those of others, as it seems to have nothing to do.
+        # We deal out the units ourselves. A worker that hangs looks idle, so Dask would move units of others to it.
         "distributed.scheduler.work-stealing": False,
         # What nobody looks at here takes time from threads that have other things to do.
         "distributed.worker.profile.enabled": False,

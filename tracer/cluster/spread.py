@@ -199,31 +199,32 @@ class Spread:
                 unit.futures.clear()
             self.send(estimate, orphans, anew=True)
         good = [worker for worker in busy if worker not in self.silent]
-        at = {key: worker for worker, keys in busy.items() for key in keys}
+        worker_of = {key: worker for worker, keys in busy.items() for key in keys}
         asked = [unit for unit in units if unit.futures]
-        lost = [unit for unit in asked if self.is_lost(unit, at)]
+        lost = [unit for unit in asked if self.is_lost(unit, worker_of)]
         for k, worker in enumerate(good):
             self.send(estimate, lost[k :: len(good)], worker, anew=True)
         limit = max(LATE_SECONDS, LATE * median(spent)) if spent else 10 * LATE_SECONDS
-        late = [unit for unit in asked if unit not in lost and self.is_late(unit, at, limit)]
+        late = [unit for unit in asked if unit not in lost and self.is_late(unit, worker_of, limit)]
         for unit, worker in zip(late, [each for each in good if not busy[each]], strict=False):
             self.send(estimate, [unit], worker, anew=True)
 
-    def is_lost(self, unit: Unit, at: dict[Any, str]) -> bool:
-        """Return whether nobody who answers has a unit, or who was asked lacks sums that nobody has who answers.
+    def is_lost(self, unit: Unit, worker_of: dict[Any, str]) -> bool:
+        """Return whether all workers that have a unit are silent, or the one that has the sums it goes on from is.
 
-        However often it was sent: Dask moves what waits to who has little to do, and that may be who hangs.
-        ``at``: the worker that has each key.
+        A unit that was sent before can be lost again: Dask may move it to a worker that hangs, as that looks idle.
+        Once sent again, a unit needs no earlier sums. ``worker_of``: the worker that has each key.
         """
-        alone = len(unit.futures) == 1
-        return holders(unit, at) <= self.silent or (alone and unit.region.worker in self.silent)
+        needs_sums = len(unit.futures) == 1
+        return holders(unit, worker_of) <= self.silent or (needs_sums and unit.region.worker in self.silent)
 
-    def is_late(self, unit: Unit, at: dict[Any, str], limit: float) -> bool:
-        """Return whether more than ``limit`` seconds have gone since a unit was sent, or any who has it did another.
+    def is_late(self, unit: Unit, worker_of: dict[Any, str], limit: float) -> bool:
+        """Return whether a unit has taken more than ``limit`` seconds, twice as many for each time it was sent again.
 
-        With every time that it was sent twice as long is waited.
+        They count from when it was sent, or from when a worker that has it was last done with another unit.
+        ``worker_of``: the worker that has each key.
         """
-        done = [self.last_done.get(worker, 0.0) for worker in holders(unit, at) if worker is not None]
+        done = [self.last_done.get(worker, 0.0) for worker in holders(unit, worker_of) if worker is not None]
         return time.monotonic() - max(unit.sent, *done, 0.0) > limit * 2 ** (len(unit.futures) - 1)
 
     def gather(self, estimate: Held) -> Estimate:
@@ -298,6 +299,9 @@ def anew(estimate: Held, region: Region) -> Unit:
     return Unit(replace(region, source=None, skip=0), goal, goal)
 
 
-def holders(unit: Unit, at: dict[Any, str]) -> set[str | None]:
-    """Return the workers that have a unit, and None if it also waits for one; ``at``: the worker that has each key."""
-    return {next((at[future.key] for future in pair if future.key in at), None) for pair in unit.futures}
+def holders(unit: Unit, worker_of: dict[Any, str]) -> set[str | None]:
+    """Return the workers that have a unit, with None if one of its futures waits for a worker.
+
+    ``worker_of``: the worker that has each key.
+    """
+    return {next((worker_of[each.key] for each in pair if each.key in worker_of), None) for pair in unit.futures}

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
-from typing import Any, TypedDict, TypeVar
+from typing import Any, TypedDict
 
 import drjit as dr
 import numpy as np
@@ -16,8 +15,6 @@ from tracer.cluster.sums import TRASH, Sums
 from tracer.here import Pass
 from tracer.line import Line, Stretch
 from tracer.memory import SMALLEST_PASS
-
-Record = TypeVar("Record", bound=Any)
 
 
 class Took(TypedDict):
@@ -85,7 +82,7 @@ def draw_on_device(
             drawn[first - stretch.first_pixel :][:size] = strip.drawn().ravel()
             line = Line(stretch, drawn, first)
             passes += drawer.draw_line(strip, line, work.seed, work.scale, first)
-        known = in_own_memory(strip.statistics())
+        known = strip.statistics()
         dr.sync_thread()
     took = Took(
         samples=sum(one.samples for one in passes),
@@ -95,17 +92,6 @@ def draw_on_device(
         worker=address,
     )
     return {"sums": Sums(strip), "known": known, "took": took}
-
-
-def in_own_memory(record: Record) -> Record:
-    """Return a dataclass with copies of its arrays, so that nothing of it is Dr.Jit's memory.
-
-    Dask frees results on the thread that hears the scheduler. With Dr.Jit's arrays among them that thread would wait
-    for Dr.Jit with Python's lock held, while the thread that draws has Dr.Jit's lock and waits for Python's: the
-    worker would hang for ever.
-    """
-    arrays = {name: np.array(values) for name, values in vars(record).items() if isinstance(values, np.ndarray)}
-    return replace(record, **arrays)
 
 
 def tell(drawn: dict[str, Any]) -> tuple[Any, Took]:

@@ -22,7 +22,6 @@ from tracer.cluster.crew import Crew
 from tracer.cluster.post import UNANSWERED, Post, explained
 from tracer.cluster.setup import Setup, make_setup, require_same, software
 from tracer.cluster.stage import DEVICE, Place, close_stage, find_scene, place_of
-from tracer.cluster.unit import in_own_memory
 from tracer.errors import ClusterError, SceneMissingError
 from tracer.fingerprint import fingerprint
 from tracer.study.cells import Cell, is_kept, machine, store
@@ -116,7 +115,7 @@ def shoot_on_device(plan: Plan, scene: Scene, setup: Setup, place: Place, block:
     for cell in block:
         try:
             shot, spp = theatre.opened(cell).shoot(cell)
-            made.append((cell, (in_own_memory(shot), spp, machine())))
+            made.append((cell, (shot, spp, machine())))
         except Exception as error:  # told as a failure, as where the client draws
             made.append((cell, failure(cell, error)))
     return made
