@@ -22,7 +22,10 @@ from numpy.typing import NDArray
 from rich.progress import track
 
 import tracer
-from tracer import bias, files, score, source
+from tracer.film import bias
+from tracer.image import metrics
+from tracer.io import exr
+from tracer.scene import load
 from tracer.study.gains import gain
 
 SIZE, BUDGETS, SEEDS, FIRST_SEED = 64, (16, 64), 16, 500
@@ -51,7 +54,7 @@ def bundled() -> Iterator[tuple[str, Any]]:
 
     yield "cornell_box", mi.load_dict(mi.cornell_box())
     for path in sorted((Path(__file__).parents[1] / "scenes").glob("*.xml")):
-        yield path.stem, source.load(path)
+        yield path.stem, load.load(path)
 
 
 def measure(name: str, scene: Any, spp: int, truth: NDArray[np.float32]) -> Row:
@@ -61,9 +64,9 @@ def measure(name: str, scene: Any, spp: int, truth: NDArray[np.float32]) -> Row:
     level = truth.mean(dtype=np.float64)
     for seed in range(FIRST_SEED, FIRST_SEED + SEEDS):
         for method, settings in METHODS.items():
-            with patch("tracer.bias.MOST", 0.0 if method == "not given back" else bias.MOST):
+            with patch("tracer.film.bias.MOST", 0.0 if method == "not given back" else bias.MOST):
                 image = tracer.render(scene, size=SIZE, spp=spp, seed=seed, **settings).image[..., :3]
-            errors[method].append(score.relative_mse(image, truth))
+            errors[method].append(metrics.relative_mse(image, truth))
             means[method].append(float(image.mean(dtype=np.float64) / level - 1))
     gains = {method: gain(errors[method], errors["uniform"], np.ones(SEEDS)).interval for method in METHODS}
     spread = {method: float(np.std(values, ddof=1)) for method, values in means.items()}
@@ -116,8 +119,8 @@ def write(output: Path, rows: list[Row]) -> None:
         f"uniform samples; {platform.machine()}. Bias: error of a picture's mean and its 95 % interval. Gain: relMSE "
         "of uniform samples over that of the default, same samples. Spread: standard deviation of a picture's mean.\n"
     )
-    files.write_text(output / "results.json", json.dumps([asdict(row) for row in rows], indent=1) + "\n")
-    files.write_text(output / "results.md", f"# Bias\n\n{conditions}\n{table(rows)}")
+    exr.write_text(output / "results.json", json.dumps([asdict(row) for row in rows], indent=1) + "\n")
+    exr.write_text(output / "results.md", f"# Bias\n\n{conditions}\n{table(rows)}")
 
 
 if __name__ == "__main__":

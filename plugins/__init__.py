@@ -11,7 +11,7 @@ import sys
 
 import mitsuba as mi
 
-from tracer.backend import reload_plugins
+from tracer.core.backend import reload_plugins
 
 PLUGINS = ("owen_sobol", "adaptive", "radiosity", "features")
 

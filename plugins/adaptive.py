@@ -59,12 +59,12 @@ from typing import Any
 
 import mitsuba as mi
 
+from tracer.core.device import upload_tensor
 from tracer.errors import SettingsError
-from tracer.loop import render_view
 from tracer.result import Result
-from tracer.scene import open_scene, require_nestable
+from tracer.scene.view import open_scene, require_nestable
+from tracer.session.render_loop import render_view
 from tracer.settings import Settings, check_settings, make_settings
-from tracer.upload import upload_tensor
 
 
 class AdaptiveIntegrator(mi.SamplingIntegrator):

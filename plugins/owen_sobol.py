@@ -37,7 +37,7 @@ from collections.abc import Sequence
 import drjit as dr
 import mitsuba as mi
 
-from tracer.hashing import GOLDEN_RATIO, mix
+from tracer.core.hashing import GOLDEN_RATIO, mix
 
 from .pairings import DEGREE, POLYNOMIALS
 

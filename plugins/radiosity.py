@@ -49,17 +49,17 @@ import drjit as dr
 import mitsuba as mi
 
 from tracer.errors import SettingsError
-from tracer.radiosity.cut import EXTENT, cut, extent
 from tracer.radiosity.direct import Told, silent
 from tracer.radiosity.final_gather import FinalGather, carried
+from tracer.radiosity.gathering import Solution, solve
 from tracer.radiosity.groups import neighbours
 from tracer.radiosity.guide import Guidance, make_guide
 from tracer.radiosity.hemisphere import Division, See
+from tracer.radiosity.meshing import EXTENT, cut, extent
 from tracer.radiosity.patches import Patches, by_face
 from tracer.radiosity.remarks import remarks
-from tracer.radiosity.shoot import Shot, shoot
+from tracer.radiosity.shooting import Shot, shoot
 from tracer.radiosity.smooth import Smooth
-from tracer.radiosity.solve import Solution, solve
 from tracer.radiosity.warp import Warp
 
 METHODS, SHOWN = ("gathering", "shooting"), ("gather", "smooth", "patches")

@@ -60,7 +60,7 @@ def reference_cache(tmp_path, monkeypatch):
 @pytest.fixture(scope="session")
 def two_workers():
     """Workers for all tests that do nothing to them, as they take seconds to start."""
-    from tracer.cluster.crew import connected, own_cluster
+    from tracer.cluster.connection import connected, own_cluster
 
     with own_cluster(2) as cluster, connected(cluster) as client:
         yield client

@@ -11,7 +11,7 @@ import pytest
 import tracer
 from tracer import live
 from tracer.errors import OutputError, SettingsError
-from tracer.pictures import read_picture
+from tracer.io.images import read_picture
 from tracer.progress import Progress
 
 
@@ -19,8 +19,8 @@ from tracer.progress import Progress
 def at_once(monkeypatch):
     """Show after every pass, and make the passes small."""
     monkeypatch.setattr(live, "LEAST_SECONDS", 0.0)
-    monkeypatch.setattr("tracer.rounds.PASS_SIZES", (500, 500, 500))
-    monkeypatch.setattr("tracer.here.PASS_SIZES", (500, 500, 500))
+    monkeypatch.setattr("tracer.adaptive.schedule.PASS_SIZES", (500, 500, 500))
+    monkeypatch.setattr("tracer.session.local_drawer.PASS_SIZES", (500, 500, 500))
 
 
 def progress(done=10, finished=False):

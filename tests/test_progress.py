@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import tracer
-from tracer.frame import PlainFrame
-from tracer.halt import LEAST_SPP, Clock
-from tracer.noise import Noise
+from tracer.adaptive.convergence import Noise
+from tracer.adaptive.stopping import LEAST_SPP, Clock
 from tracer.progress import MOST_UNFINISHED, Course, Progress
+from tracer.scene.frame import PlainFrame
 
 FRAME = PlainFrame((10, 10), 0, ["R", "G", "B"], 0, (0, 0, 10, 10))
 PIXELS = 100
@@ -101,8 +101,8 @@ def test_words_name_a_total_only_where_it_is_certain():
 
 @pytest.mark.parametrize("settings", [{"spp": 32}, {"noise": 0.05, "spp": 128}, {"noise": 0.2}, {"time": 1.0}])
 def test_a_render_tells_of_its_end(cornell, monkeypatch, settings):
-    monkeypatch.setattr("tracer.rounds.PASS_SIZES", (700, 700, 700))
-    monkeypatch.setattr("tracer.here.PASS_SIZES", (700, 700, 700))
+    monkeypatch.setattr("tracer.adaptive.schedule.PASS_SIZES", (700, 700, 700))
+    monkeypatch.setattr("tracer.session.local_drawer.PASS_SIZES", (700, 700, 700))
     seen = []
     result = tracer.render(cornell(), progress=seen.append, **settings)
     fractions = [now.fraction for now in seen]

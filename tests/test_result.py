@@ -6,10 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import tracer
-from tracer.files import read_metadata, write_result
-from tracer.metadata import metadata
-from tracer.quantities import mean_count
+from tracer.core.quantities import mean_count
+from tracer.io.exr import read_metadata, write_result
 from tracer.result import histogram
+from tracer.session.output import metadata
 
 
 @given(st.lists(st.integers(0, 2**24), min_size=1, max_size=50))
@@ -59,8 +59,8 @@ def test_a_render_that_was_stopped_says_after_what(cornell, settings, end):
 
 def test_a_round_that_was_cut_short_counts_in_the_noise(cornell, monkeypatch):
     """Stopped in the middle of a round, the noise is that of the picture and not of the last whole round."""
-    monkeypatch.setattr("tracer.rounds.PASS_SIZES", (2000, 2000, 2000))
-    monkeypatch.setattr("tracer.here.PASS_SIZES", (2000, 2000, 2000))
+    monkeypatch.setattr("tracer.adaptive.schedule.PASS_SIZES", (2000, 2000, 2000))
+    monkeypatch.setattr("tracer.session.local_drawer.PASS_SIZES", (2000, 2000, 2000))
     said = []
 
     def look(now):

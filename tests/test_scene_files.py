@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import tracer
-from tracer.fingerprint import fingerprint
-from tracer.source import load
+from tracer.scene.fingerprint import fingerprint
+from tracer.scene.load import load
 
 TRIANGLE = "v -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n"
 SENSOR = """<sensor type="perspective"><transform name="{to_world}"><lookat origin="0,0,4" target="0,0,0" up="0,1,0"/>

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tracer import errors
-from tracer.backend import activate, named_library, point_to_library
+from tracer.core.backend import activate, named_library, point_to_library
 
 if TYPE_CHECKING:
     from tracer.api import render

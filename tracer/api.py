@@ -8,18 +8,19 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from tracer import backend, criteria
-from tracer.checkpoint import EVERY_SECONDS, open_keeper
+from tracer import criteria
+from tracer.core import backend
+from tracer.core.plain_values import plain
 from tracer.errors import SettingsError
-from tracer.fingerprint import fingerprint
-from tracer.given import plain
-from tracer.load_error import nearest
-from tracer.loop import render_view
 from tracer.progress import ProgressCallback
 from tracer.result import Result
-from tracer.scene import Crop, Size, open_scene
+from tracer.scene.fingerprint import fingerprint
+from tracer.scene.load_errors import nearest
+from tracer.scene.view import Crop, Size, open_scene
+from tracer.session.checkpoint import EVERY_SECONDS, open_keeper
+from tracer.session.render_loop import render_view
+from tracer.session.terms import Terms
 from tracer.settings import Settings, make_settings
-from tracer.terms import Terms
 
 
 def render(
@@ -45,8 +46,8 @@ def render(
 ) -> Result:
     """Render ``scene`` (path of an XML file, dictionary, or ``mi.Scene``) and return picture, counts and errors.
 
-    ``sensor``: number or ``mi.Sensor``; ``size``, ``crop``: see ``tracer.scene``; ``define``: values of the $parameters
-    of a file. ``importance``: array (H, W) or image file whose values multiply the importance of each pixel.
+    ``sensor``: number or ``mi.Sensor``; ``size``, ``crop``: see ``tracer.scene.view``; ``define``: values of the
+    $parameters of a file. ``importance``: array (H, W) or image file whose values multiply each pixel's importance.
     ``checkpoint``: file to keep the state in, every ``checkpoint_every`` seconds and at the end; ``resume``: go on from
     it if it is there; ``overwrite``: begin anew and replace it. ``memory_limit``: most memory in GiB; passes are as
     small as that asks for. ``features``: whether to return what the camera's rays hit first; ``denoise``: whether to
@@ -74,7 +75,7 @@ def render(
     with ExitStack() as stack:
         drawer = None
         if cluster is not None:
-            from tracer.cluster.hire import hire
+            from tracer.cluster.remote_drawer import hire
 
             seen = {"integrator": integrator, "size": size, "crop": crop}
             drawer = stack.enter_context(hire(plain(cluster)))(

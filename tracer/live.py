@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer import files
+from tracer.core.version import install_command
 from tracer.errors import OutputError, SettingsError
+from tracer.io import exr
 from tracer.progress import Progress, ProgressCallback
 from tracer.result import as_png, display
-from tracer.version import install_command
 
 logger = logging.getLogger(__name__)
 
@@ -57,11 +57,11 @@ def png(path: Path) -> Occasional:
 
     Raises OutputError at once if it cannot be written; later it only stops showing.
     """
-    files.check_output(path, overwrite=True, suffixes=(".png",))
+    exr.check_output(path, overwrite=True, suffixes=(".png",))
 
     def show(progress: Progress) -> None:
         try:
-            files.write_png(path, display(progress.image))
+            exr.write_png(path, display(progress.image))
         except OutputError as error:
             callback.closed = True  # a picture of progress is not worth the render
             logger.warning("%s The render goes on without it.", error)

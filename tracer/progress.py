@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.halt import LEAST_SPP, Clock
-from tracer.noise import Noise
-from tracer.quantities import percent, with_prefix
+from tracer.adaptive.convergence import Noise
+from tracer.adaptive.stopping import LEAST_SPP, Clock
+from tracer.core.quantities import percent, with_prefix
 
 MOST_UNFINISHED = 0.99
 """Of a render, as long as it may go on, and while what its samples have become is still to be made."""

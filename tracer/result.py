@@ -10,15 +10,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.finish import Seen  # not for types alone: Dr.Jit looks up the hints of what an integrator holds
-from tracer.frame import Frame, PlainFrame
-from tracer.halt import Reason
-from tracer.noise import Noise
-from tracer.quantities import mean_count
+from tracer.adaptive.convergence import Noise
+from tracer.adaptive.stopping import Reason
+from tracer.core.quantities import mean_count
+from tracer.denoising.postprocess import (
+    Seen,  # not for types alone: Dr.Jit looks up the hints of what an integrator holds
+)
+from tracer.scene.frame import Frame, PlainFrame
 from tracer.settings import Settings
 
 if TYPE_CHECKING:
-    from tracer.estimate import Statistics
+    from tracer.film.estimate import Statistics
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,7 @@ class Report:
     converged: float | None = None
     """Share of the pixels that are estimated to be within the noise target; None without one."""
     light_given_back: float = 0.0
-    """Part of the picture's mean that was lost by deciding, and given back: see ``tracer.bias``."""
+    """Part of the picture's mean that was lost by deciding, and given back: see ``tracer.film.bias``."""
     pixels_at_most: int = 0
     """Pixels that have as many samples as any may have."""
     histogram: dict[str, int] = field(default_factory=dict)
@@ -163,7 +165,7 @@ class Result:
 
 def display(image: NDArray) -> NDArray[np.float64]:
     """Return an image (H, W, C) as a screen shows it: RGB in [0, 1], encoded as sRGB. Alpha and AOVs are left out."""
-    from tracer.score import encode_srgb
+    from tracer.image.metrics import encode_srgb
 
     colour = image[..., :3] if image.shape[-1] >= 3 else image[..., :1].repeat(3, axis=-1)
     return encode_srgb(colour)

@@ -8,10 +8,10 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 from pydantic_core import PydanticCustomError
 
 from tracer import criteria
+from tracer.core.plain_values import plain
 from tracer.errors import SettingsError
-from tracer.given import plain
-from tracer.load_error import nearest
-from tracer.objective import OBJECTIVES
+from tracer.image.objective import OBJECTIVES
+from tracer.scene.load_errors import nearest
 
 MOST_PILOT_RAYS = 16
 UNBIASED_SHARE = 32
@@ -35,7 +35,7 @@ class Settings(BaseModel):
     """Mean samples per pixel: the budget, pilot included. With ``noise`` or ``time`` a bound, of 4096 or 65536."""
     noise: float | None = Field(None, gt=0, le=1e6)
     """Stop when ``noise_share`` of the pixels are estimated to be off by no more: by this part of their brightness if
-    the objective is relative (see ``tracer.noise``)."""
+    the objective is relative (see ``tracer.adaptive.convergence``)."""
     noise_share: float = Field(0.95, gt=0, lt=1)
     """Share of the pixels for which ``noise`` is to hold."""
     time: float | None = Field(None, gt=0, le=1e9)
@@ -63,7 +63,7 @@ class Settings(BaseModel):
     importance: str | None = None
     """Image file whose values multiply the importance of each pixel: a mask or a weight, scaled to the picture."""
     shape_weights: dict[str, float] = Field(default_factory=dict)
-    """Factors of the importance of what shapes cover, by name, see ``tracer.shapes``; also as "lamp=4, floor=0.5"."""
+    """Factors of the importance of what shapes cover, by name (``tracer.scene.shape_names``); or "lamp=4, floor=0.5"."""
     block: int = Field(1, ge=1, le=64)
     """Side in pixels of the squares over which the complexity of IDs is measured."""
 

@@ -11,7 +11,7 @@ import pytest
 
 from conftest import LIT, PATIENCE, SENSOR
 from tracer.cli import repeat_option
-from tracer.files import read_exr
+from tracer.io.exr import read_exr
 
 
 def test_render_writes_an_exr(tracer_program, scene_file, tmp_path):
@@ -260,15 +260,15 @@ def test_ctrl_c_leaves_what_there_is_clearly_marked(scene_file, tmp_path):
 
 
 def test_a_study_that_fails_in_part_says_so(tracer_program, scene_file, tmp_path, monkeypatch):
-    from tracer.study import shoot
+    from tracer.study import render_cells
 
     def never(studio, sampler):
         if sampler == "independent":
             raise RuntimeError("no luck")
         return stock(studio, sampler)
 
-    stock = shoot.Studio.stock
-    monkeypatch.setattr(shoot.Studio, "stock", never)
+    stock = render_cells.Studio.stock
+    monkeypatch.setattr(render_cells.Studio, "stock", never)
     scene = scene_file(LIT, "lit.xml")
     arguments = ("compare", scene, "--spp", "4", "--seeds", "1", "-q", "-o", tmp_path / "out")
     code, out, err = tracer_program(*arguments)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from tracer import files
 from tracer.cli.app import app
 from tracer.errors import TracerError
+from tracer.io import exr
 
 SCENE = """<scene version="3.0.0">
     <sensor type="perspective">
@@ -43,7 +43,7 @@ def test_a_picture_and_what_it_took(tmp_path, shown):
     said = call(scene(tmp_path), "-o", tmp_path / "out.exr", "--spp", 16, "--rays", 64, "--patch", 0.5, *shown)
     assert "patches" in said
     assert "residual" in said
-    names, values, _ = files.read_exr(tmp_path / "out.exr")
+    names, values, _ = exr.read_exr(tmp_path / "out.exr")
     middle = values[8, 12, [names.index(name) for name in "RGB"]]
     # A square of side 2 at distance 6 above its like: its form factor from the middle (Howell B-4) times 9 times 0.5.
     a = 1 / 6

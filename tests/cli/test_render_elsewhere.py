@@ -13,7 +13,7 @@ import pytest
 
 from conftest import PATIENCE
 from tracer import scenes
-from tracer.files import read_exr
+from tracer.io.exr import read_exr
 
 SCENE = Path(scenes.__file__).parent / "spheres_and_rods.xml"
 

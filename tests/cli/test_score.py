@@ -9,8 +9,8 @@ import pytest
 def test_score_prints_what_a_study_measures(tracer_program, tmp_path):
     import json
 
-    from tracer.files import write_exr
-    from tracer.score import all_scores
+    from tracer.image.metrics import all_scores
+    from tracer.io.exr import write_exr
 
     generator = np.random.default_rng(0)
     truth = generator.random((16, 24, 3)).astype(np.float32)
@@ -27,8 +27,8 @@ def test_score_prints_what_a_study_measures(tracer_program, tmp_path):
 
 
 def test_score_takes_a_layer_of_the_pictures_and_the_picture_of_the_reference(tracer_program, tmp_path):
-    from tracer.files import write_exr
-    from tracer.score import all_scores
+    from tracer.image.metrics import all_scores
+    from tracer.io.exr import write_exr
 
     truth, denoised, noisy, spare = np.random.default_rng(0).random((4, 16, 24, 3)).astype(np.float32)
     own = [*"RGB", *(f"noisy.{channel}" for channel in "RGB")]

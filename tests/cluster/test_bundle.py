@@ -10,12 +10,12 @@ import pytest
 
 import tracer
 from conftest import LIT
-from tracer.cluster import hire
+from tracer.cluster import remote_drawer
 from tracer.cluster.bundle import contents_of, pack, unpack
-from tracer.cluster.crew import Crew
+from tracer.cluster.connection import Crew
 from tracer.errors import ClusterError
-from tracer.fingerprint import fingerprint
-from tracer.source import load
+from tracer.scene.fingerprint import fingerprint
+from tracer.scene.load import load
 
 PLY = """ply
 format ascii 1.0
@@ -44,7 +44,7 @@ def scene(tmp_path):
         '<scene version="3.0.0"><shape type="sphere"><bsdf type="diffuse"><texture type="bitmap" name="reflectance">'
         '<string name="filename" value="sub/$name.png"/></texture></bsdf></shape></scene>'
     )
-    from tracer.files import write_png
+    from tracer.io.exr import write_png
 
     write_png(tmp_path / "project" / "sub" / "wood.png", np.full((4, 4, 3), 0.5))
     path = tmp_path / "project" / "scene.xml"
@@ -124,7 +124,7 @@ def test_names_that_lead_out_are_refused(tmp_path, name):
 @pytest.mark.parametrize("name", ["scene", "scattered"])
 def test_workers_without_the_scene_get_it(name, request, two_workers, monkeypatch):
     scene = request.getfixturevalue(name)
-    make = hire.make_setup
+    make = remote_drawer.make_setup
     sent = []
 
     def elsewhere(*arguments, **seen):
@@ -133,7 +133,7 @@ def test_workers_without_the_scene_get_it(name, request, two_workers, monkeypatc
         return replace(setup, scene="/nowhere/scene.xml")
 
     ship = Crew.ship
-    monkeypatch.setattr(hire, "make_setup", elsewhere)
+    monkeypatch.setattr(remote_drawer, "make_setup", elsewhere)
     monkeypatch.setattr(Crew, "ship", lambda self, setup: ship(self, sent[0]))
     define = {"name": "wood"} if name == "scene" else {}
     found = tracer.render(scene, spp=8, define=define, cluster=two_workers)

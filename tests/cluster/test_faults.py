@@ -15,10 +15,10 @@ from distributed import Client
 import tracer
 from conftest import PATIENCE
 from tracer import scenes
-from tracer.cluster import crew, post, regions, setup, spread
-from tracer.cluster.crew import connected, own_cluster
+from tracer.cluster import connection, messages, round_scheduler, work_balancer, worker_setup
+from tracer.cluster.connection import connected, own_cluster
 from tracer.errors import ClusterError
-from tracer.files import is_running
+from tracer.io.exr import is_running
 
 SCENE = Path(scenes.__file__).parent / "spheres_and_rods.xml"
 SETTINGS = {"size": 128, "spp": 64}
@@ -33,9 +33,9 @@ def alone():
 
 @pytest.fixture(autouse=True)
 def small_units(monkeypatch):
-    monkeypatch.setattr(regions, "LEAST_SECONDS", 0.05)
-    monkeypatch.setattr(regions, "MOST_SECONDS", 0.1)
-    monkeypatch.setattr(regions, "FIRST_SAMPLES", 1 << 14)
+    monkeypatch.setattr(work_balancer, "LEAST_SECONDS", 0.05)
+    monkeypatch.setattr(work_balancer, "MOST_SECONDS", 0.1)
+    monkeypatch.setattr(work_balancer, "FIRST_SAMPLES", 1 << 14)
 
 
 def same(one, other):
@@ -90,23 +90,23 @@ def test_a_worker_that_comes_late_changes_nothing_and_helps(alone):
             cluster.scale(2)
             client.wait_for_workers(2)
 
-        settle = spread.Spread.settle
+        settle = round_scheduler.Spread.settle
 
         def watch(self, estimate, unit, whole, known, took):
             drawn_by.add(took["worker"])
             settle(self, estimate, unit, whole, known, took)
 
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(spread.Spread, "settle", watch)
+            patch.setattr(round_scheduler.Spread, "settle", watch)
             same(tracer.render(SCENE, cluster=client, progress=once(0.2, late), **SETTINGS), alone)
         assert len(drawn_by) == 2
 
 
 @pytest.mark.parametrize("part", [0.05, 0.4, 0.9])
 def test_a_worker_that_hangs_does_not_hold_up_a_round(alone, monkeypatch, part):
-    monkeypatch.setattr(spread, "LATE_SECONDS", 1.0)
-    monkeypatch.setattr(spread, "HANG_SECONDS", 2.0)
-    monkeypatch.setattr(crew, "SILENT_SECONDS", 2.0)
+    monkeypatch.setattr(round_scheduler, "LATE_SECONDS", 1.0)
+    monkeypatch.setattr(round_scheduler, "HANG_SECONDS", 2.0)
+    monkeypatch.setattr(connection, "SILENT_SECONDS", 2.0)
     with own_cluster(2) as cluster, connected(cluster) as client:
         victim = next(iter(client.run(os.getpid).values()))
         try:
@@ -117,19 +117,19 @@ def test_a_worker_that_hangs_does_not_hold_up_a_round(alone, monkeypatch, part):
 
 
 def slow_down(seconds):
-    from tracer.cluster import unit
+    from tracer.cluster import worker_task
 
-    draw = unit.draw_on_device
+    draw = worker_task.draw_on_device
 
     def slowly(*arguments):
         time.sleep(seconds)
         return draw(*arguments)
 
-    unit.draw_on_device = slowly
+    worker_task.draw_on_device = slowly
 
 
 def test_a_slow_worker_does_not_hold_up_a_round(alone, monkeypatch):
-    monkeypatch.setattr(spread, "LATE_SECONDS", 0.5)
+    monkeypatch.setattr(round_scheduler, "LATE_SECONDS", 0.5)
     with own_cluster(2) as cluster, connected(cluster) as client:
         slow = next(iter(client.run(os.getpid)))
         tracer.render(SCENE, cluster=client, **SETTINGS)  # opens and compiles
@@ -153,8 +153,8 @@ def dask(*arguments):
 
 
 def test_a_scheduler_that_goes_away_leaves_a_checkpoint(alone, tmp_path, monkeypatch):
-    monkeypatch.setattr(post, "GONE_SECONDS", 2.0)
-    monkeypatch.setattr(crew, "LONGEST_WAIT", 10.0)
+    monkeypatch.setattr(messages, "GONE_SECONDS", 2.0)
+    monkeypatch.setattr(connection, "LONGEST_WAIT", 10.0)
     told, path = tmp_path / "scheduler.json", tmp_path / "state.ckpt"
     scheduler = dask("dask_scheduler", "--host", "127.0.0.1", "--port", 0, "--no-dashboard", "--scheduler-file", told)
     worker = dask("dask_worker", "--scheduler-file", told, "--nthreads", 1, "--no-dashboard", "--no-nanny")
@@ -175,31 +175,31 @@ def test_a_scheduler_that_goes_away_leaves_a_checkpoint(alone, tmp_path, monkeyp
 def test_a_worker_of_another_version_is_named(two_workers, monkeypatch):
     version = importlib.metadata.version
     monkeypatch.setattr(importlib.metadata, "version", lambda name: "3.0" if name == "mitsuba" else version(name))
-    setup.software.cache_clear()
+    worker_setup.software.cache_clear()
     try:
         with pytest.raises(ClusterError, match=r"Worker tcp://.* has Mitsuba 3.9.*, and the client 3.0"):
             tracer.render(SCENE, cluster=two_workers, **SETTINGS)
     finally:
-        setup.software.cache_clear()
+        worker_setup.software.cache_clear()
 
 
 def test_a_worker_of_another_version_that_comes_late_leaves_a_checkpoint(alone, two_workers, tmp_path, monkeypatch):
     path = tmp_path / "state.ckpt"
-    draw = spread.Spread.draw
+    draw = round_scheduler.Spread.draw
 
     def later(self, estimate, *rest):
         if estimate.drawn().sum() > 128 * 96 * 16:
-            self.work = spread.replace(self.work, made_of={**self.work.made_of, "tracer": "0.0"})
+            self.work = round_scheduler.replace(self.work, made_of={**self.work.made_of, "tracer": "0.0"})
         return draw(self, estimate, *rest)
 
-    monkeypatch.setattr(spread.Spread, "draw", later)
+    monkeypatch.setattr(round_scheduler.Spread, "draw", later)
     with pytest.raises(ClusterError, match=r"has tracer 0.* has [0-9.]+ % of the samples"):
         tracer.render(SCENE, cluster=two_workers, checkpoint=path, **SETTINGS)
     same(tracer.render(SCENE, checkpoint=path, resume=True, **SETTINGS), alone)
 
 
 def test_what_crashes_every_worker_is_a_sentence(two_workers, monkeypatch):
-    monkeypatch.setattr(post, "draw_unit", crash)
+    monkeypatch.setattr(messages, "draw_unit", crash)
     with own_cluster(2) as cluster, connected(cluster) as client, pytest.raises(ClusterError, match="Workers died"):
         tracer.render(SCENE, cluster=client, **SETTINGS)
 

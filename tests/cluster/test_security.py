@@ -14,7 +14,7 @@ from distributed import Security
 
 import tracer
 from tracer import scenes
-from tracer.cluster import crew
+from tracer.cluster import connection
 from tracer.errors import ClusterError
 
 SCENE = Path(scenes.__file__).parent / "spheres_and_rods.xml"
@@ -61,7 +61,7 @@ def test_tls_is_a_matter_of_dasks_settings(certificate, tmp_path, monkeypatch):
         address = json.loads(told.read_text())["address"]
         assert address.startswith("tls://127.0.0.1:")
         with monkeypatch.context() as patch:
-            patch.setattr(crew, "LONGEST_WAIT", 5.0)
+            patch.setattr(connection, "LONGEST_WAIT", 5.0)
             with pytest.raises(ClusterError, match="Cannot connect"):
                 tracer.render(SCENE, size=32, spp=4, cluster=address)
         tls = "distributed.comm.tls"

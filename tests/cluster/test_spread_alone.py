@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from distributed import CancelledError
 
-from tracer.cluster import spread
-from tracer.cluster.held import Held
-from tracer.cluster.pool import Pool, Unit
-from tracer.cluster.regions import Region
-from tracer.cluster.spread import Spread, anew
+from tracer.cluster import round_scheduler
+from tracer.cluster.remote_estimate import Held
+from tracer.cluster.round_scheduler import Spread, anew
 from tracer.cluster.sums import packed
+from tracer.cluster.work_balancer import Region
+from tracer.cluster.work_pool import Pool, Unit
 from tracer.errors import ClusterError, SceneMissingError
-from tracer.estimate import Estimate, Statistics
-from tracer.frame import PlainFrame
-from tracer.line import Stretch
+from tracer.film.estimate import Estimate, Statistics
+from tracer.sampling.wavefront import Stretch
+from tracer.scene.frame import PlainFrame
 
 PIXELS = 40
 FRAME = PlainFrame((1, PIXELS), 0, ["R", "G", "B"], 0, (0, 0, PIXELS, 1))
@@ -310,8 +310,8 @@ def test_sums_of_workers_that_answer_are_fetched_first(spreading, monkeypatch):
             limits.append(len(heard))
             return [(about, CancelledError()) for _, about in heard[-1:]] if len(limits) <= 3 else []
 
-    monkeypatch.setattr(spread, "Post", Post)
-    monkeypatch.setattr(spread, "AT_ONCE", 1)
+    monkeypatch.setattr(round_scheduler, "Post", Post)
+    monkeypatch.setattr(round_scheduler, "AT_ONCE", 1)
     spreading.it.silent = {"tcp://a"}
     regions = [Region(k, 1, f"sums {k}", worker=worker) for k, worker in enumerate(WORKERS)]
     spreading.it.receive(regions, [], np.zeros(PIXELS, bool))

@@ -5,10 +5,10 @@ import pickle
 import numpy as np
 from dask.sizeof import sizeof
 
-from tracer.cluster.regions import Region
 from tracer.cluster.sums import TRASH, Sums, by_source, cut, pack, packed, write
-from tracer.estimate import Estimate
-from tracer.frame import PlainFrame
+from tracer.cluster.work_balancer import Region
+from tracer.film.estimate import Estimate
+from tracer.scene.frame import PlainFrame
 
 
 def frame(width, reach=1):

@@ -4,7 +4,7 @@ import mitsuba as mi
 import numpy as np
 
 from tracer import criteria
-from tracer.estimate import Statistics
+from tracer.film.estimate import Statistics
 
 
 def statistics_of(samples, name, channels=3):

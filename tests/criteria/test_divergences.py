@@ -3,29 +3,30 @@
 import numpy as np
 import pytest
 
-from tracer import complexity, criteria
+from tracer import criteria
+from tracer.complexity import measures
 from tracer.criteria import generalised_entropies
-from tracer.score import LUMINANCE
+from tracer.image.metrics import LUMINANCE
 
 from .made_up import evidence_of, importance, light, statistics_of
 
 BRUTE_FORCE = {
-    "kullback_leibler": complexity.kullback_leibler,
-    "chi_square": complexity.chi_square,
-    "hellinger": complexity.hellinger,
+    "kullback_leibler": measures.kullback_leibler,
+    "chi_square": measures.chi_square,
+    "hellinger": measures.hellinger,
 }
 
 
 def lack_of_tsallis(values):
     index = generalised_entropies.INDEX
-    return 1 - complexity.tsallis(values, index) / complexity.tsallis(np.ones(values.shape[-1]), index)
+    return 1 - measures.tsallis(values, index) / measures.tsallis(np.ones(values.shape[-1]), index)
 
 
 def lack_of_renyi(values):
-    return 1 - complexity.renyi(values, generalised_entropies.INDEX) / np.log2(values.shape[-1])
+    return 1 - measures.renyi(values, generalised_entropies.INDEX) / np.log2(values.shape[-1])
 
 
-CONTRASTS = {"colour_contrast": complexity.contrast, "tsallis": lack_of_tsallis, "renyi": lack_of_renyi}
+CONTRASTS = {"colour_contrast": measures.contrast, "tsallis": lack_of_tsallis, "renyi": lack_of_renyi}
 
 
 def some_white(equal, number):

@@ -9,9 +9,9 @@ import pytest
 import tracer
 from tracer import criteria
 from tracer.criteria import registry
-from tracer.draw import draw
-from tracer.loop import render_view
-from tracer.scene import open_scene
+from tracer.sampling.samples import draw
+from tracer.scene.view import open_scene
+from tracer.session.render_loop import render_view
 from tracer.settings import make_settings
 
 from .made_up import evidence_of, light, statistics_of

@@ -4,8 +4,9 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from tracer import criteria, pilot
-from tracer.scene import open_scene
+from tracer import criteria
+from tracer.complexity import pilot
+from tracer.scene.view import open_scene
 
 from .made_up import evidence_of, light, statistics_of
 

@@ -53,7 +53,7 @@ def test_gradients_are_those_of_the_nested_integrator(name, forward):
 
 
 def test_gradient_is_the_slope_of_the_adaptive_picture(monkeypatch):
-    monkeypatch.setattr("tracer.bias.MOST", 0.0)  # the mean of so small a picture would be noisier than its slope
+    monkeypatch.setattr("tracer.film.bias.MOST", 0.0)  # the mean of so small a picture would be noisier than its slope
     description = grey_floor()
     _, adaptive = integrators(description)
     slope = gradient(mi.load_dict(description), adaptive, forward=False)

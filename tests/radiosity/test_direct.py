@@ -4,8 +4,8 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from tracer.radiosity.cut import cut
 from tracer.radiosity.direct import direct_of_patches
+from tracer.radiosity.meshing import cut
 
 from .scenery import form_factor
 

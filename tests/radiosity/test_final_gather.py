@@ -5,11 +5,11 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from tracer.radiosity.cut import cut
 from tracer.radiosity.final_gather import FinalGather
 from tracer.radiosity.groups import neighbours
 from tracer.radiosity.guide import Guidance, make_guide
 from tracer.radiosity.hemisphere import Division
+from tracer.radiosity.meshing import cut
 from tracer.radiosity.warp import Warp
 
 from .scenery import form_factor

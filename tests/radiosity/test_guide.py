@@ -5,11 +5,11 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from tracer.hashing import mix
+from tracer.core.hashing import mix
 from tracer.radiosity.groups import alone, neighbours
 from tracer.radiosity.guide import FEWEST, MANY, Guidance, division_for, gain, make_guide, shares, sure_gain
 from tracer.radiosity.hemisphere import WHOLE, Division, Regions, subdivide
-from tracer.radiosity.pyramid import pyramid
+from tracer.radiosity.triangle_hierarchy import pyramid
 
 from .scenery import POINTS, UP, box, busy, plane
 

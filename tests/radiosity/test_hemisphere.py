@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from tracer.radiosity import hemisphere
+from tracer.radiosity.cosine_triangle import table_of
 from tracer.radiosity.groups import Points, alone, neighbours
 from tracer.radiosity.hemisphere import HALVES, KINDS, NOTHING, UNSEEN, WHOLE, Division, subdivide
-from tracer.radiosity.projected import table_of
 
 from .scenery import GENERATOR, POINTS, UP, box, busy, plane
 

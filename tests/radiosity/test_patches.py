@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 
 from tracer.errors import SceneError
-from tracer.radiosity.cut import cell_centres, cut
+from tracer.radiosity.gathering import solve
 from tracer.radiosity.guide import Guidance
 from tracer.radiosity.hemisphere import NOTHING
+from tracer.radiosity.meshing import cell_centres, cut
 from tracer.radiosity.patches import cell_of
-from tracer.radiosity.solve import solve
 
 T = mi.ScalarTransform4f
 RED = {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.6, 0.2, 0.1]}}

@@ -5,7 +5,7 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from tracer.radiosity.cut import cell_corners, cut
+from tracer.radiosity.meshing import cell_corners, cut
 from tracer.radiosity.patches import cell_of
 from tracer.radiosity.smooth import Smooth, corner_numbers, corner_weights
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tracer.errors import SceneError
-from tracer.radiosity.cut import cut
+from tracer.radiosity.meshing import cut
 from tracer.radiosity.tessellate import tessellated
 
 T = mi.ScalarTransform4f

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import tracer
-from tracer.source import load
+from tracer.scene.load import load
 
 SCENES = ("thin_rods", "horizon", "spheres_and_rods", "glass_caustic", "window_interior", "many_lights")
 SCENES += ("depth_of_field", "even_noise")

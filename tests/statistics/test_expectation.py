@@ -7,10 +7,10 @@ from scipy import stats
 
 import tracer
 from conformance.cases import FILTERS, mitsuba_picture, name, scene
-from tracer import draw
-from tracer.estimate import Estimate
-from tracer.line import lane_pixels, line_of
-from tracer.scene import open_scene
+from tracer.film.estimate import Estimate
+from tracer.sampling import samples
+from tracer.sampling.wavefront import lane_pixels, line_of
+from tracer.scene.view import open_scene
 
 SEEDS = 32
 REFERENCES = 16
@@ -82,7 +82,7 @@ def test_a_step_of_counts_leaves_no_trace(filter_name):
     images = []
     with open_scene(description) as view:
         sampler = mi.load_dict({"type": "owen_sobol"})
-        recorded = draw.Recorded(view, sampler)
+        recorded = samples.Recorded(view, sampler)
         counts = np.full(view.grid, 4, np.uint32)
         counts[:, view.grid[1] // 2 :] = 1024
         for seed in range(SEEDS):

@@ -22,7 +22,7 @@ def brightness(loaded, **settings):
 @pytest.mark.slow
 def test_the_mean_at_eight_samples(monkeypatch):
     """Pixels that look dark by chance get fewer samples, and so stay dark; eight samples are adapted for this test."""
-    monkeypatch.setattr("tracer.decide.predicted_overhead", lambda *_: -1.0)
+    monkeypatch.setattr("tracer.adaptive.allocation.predicted_overhead", lambda *_: -1.0)
     loaded = mi.load_dict(scene("path", filter_name="box"))
     truth = np.array(mi.render(loaded, spp=1 << 15, seed=10**6)).mean(dtype=np.float64)
 
@@ -35,6 +35,6 @@ def test_the_mean_at_eight_samples(monkeypatch):
     for settings in ({"criterion": "variance"}, {"criterion": "fused"}, {"criterion": "fused", "unbiased": True}):
         off, spread = error(**settings)
         assert abs(off) < LIMIT * spread, settings
-    monkeypatch.setattr("tracer.bias.MOST", 0.0)  # nothing is given back
+    monkeypatch.setattr("tracer.film.bias.MOST", 0.0)  # nothing is given back
     off, spread = error(criterion="variance")
     assert off < -LIMIT * spread

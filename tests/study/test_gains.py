@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tracer import objective
+from tracer.image import objective
 from tracer.study import gains, oracle
 from tracer.study.gains import error_rate, gain, geometric_mean
 

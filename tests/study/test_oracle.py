@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from tracer import objective
-from tracer.scene import open_scene
+from tracer.image import objective
+from tracer.scene.view import open_scene
 from tracer.study import oracle
 from tracer.study.methods import Setting
-from tracer.study.truth import SEEDS_OF, Truth, measure_truth
+from tracer.study.oracle_measurements import SEEDS_OF, Truth, measure_truth
 
 COUNTS = np.array(list(SEEDS_OF))
 
@@ -64,7 +64,7 @@ def test_a_scene_without_noise_is_uniform():
 
 def test_what_is_measured_of_a_scene(tmp_path, monkeypatch):
     monkeypatch.setenv("TRACER_CACHE", str(tmp_path))
-    monkeypatch.setattr("tracer.study.truth.SQUARE", 8)
+    monkeypatch.setattr("tracer.study.oracle_measurements.SQUARE", 8)
     T = mi.ScalarTransform4f
     rod = {"type": "cylinder", "p0": [0, -2, 0], "p1": [0, 2, 0], "radius": 0.05}
     film = {"type": "hdrfilm", "width": 24, "height": 16}

@@ -6,9 +6,9 @@ import pytest
 
 from tracer.errors import SettingsError
 from tracer.settings import Settings
-from tracer.study.named import find_plan, names
-from tracer.study.origin import Origin, find_line
+from tracer.study.bundled import find_plan, names
 from tracer.study.plan import Budget, MethodPlan, make_plan, parse_plan, read_plan
+from tracer.study.toml_location import Origin, find_line
 
 PLAN = """\
 name = "mine"            # line 1

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from conftest import LIT
-from tracer import score
+from tracer.image import metrics
 from tracer.study import reference as references
-from tracer.study.halves import Half, tile_means
 from tracer.study.methods import Setting
 from tracer.study.reference import FALSE_ALARM, Reference, cache_folder, make_reference, spp_of_chunk
+from tracer.study.reference_half import Half, tile_means
 from tracer.study.run import without_error_of
 
 BALL = '<shape type="sphere"><point name="center" x="0.3" y="0" z="4"/></shape>'
@@ -143,11 +143,11 @@ def test_errors_are_measured_as_if_the_reference_had_none():
 
     reference = Reference(half(own * np.sqrt(2)), half(own * np.sqrt(2)))
     picture = truth + rng.normal(0, noise, shape)
-    measured = score.all_scores(picture, reference.image)
+    measured = metrics.all_scores(picture, reference.image)
     found = without_error_of(reference, measured)
     assert measured.mse == pytest.approx(noise**2 + own**2, rel=0.03)
     exact = float(np.mean((picture - truth) ** 2))
     spread = np.sqrt((4 * noise**2 * own**2 + 4 * own**4) / picture.size)
     assert abs(found.mse - exact) < 3 * spread
-    nothing = without_error_of(reference, score.all_scores(reference.image, reference.image))
+    nothing = without_error_of(reference, metrics.all_scores(reference.image, reference.image))
     assert nothing.mse == 0

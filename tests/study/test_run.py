@@ -14,13 +14,13 @@ import pytest
 
 import tracer
 from conftest import LIT
-from tracer import score
 from tracer.errors import OutputError, SceneError, SettingsError
-from tracer.study import cells, code, methods, shoot
-from tracer.study.origin import Origin
+from tracer.image import metrics
+from tracer.study import cells, methods, render_cells, source_hash
 from tracer.study.plan import make_plan, parse_plan
 from tracer.study.reference import make_reference
 from tracer.study.run import run_study
+from tracer.study.toml_location import Origin
 
 BALL = '<shape type="sphere"><point name="center" x="0.3" y="0" z="4"/></shape>'
 METHODS = [
@@ -43,13 +43,13 @@ def plan_of(scene, **changes):
 def count_shots(monkeypatch):
     """Return a list that grows by one with every cell that is rendered and kept."""
     shots = []
-    store = shoot.store
+    store = render_cells.store
 
     def counted(cell, *arguments):
         shots.append(cell)
         store(cell, *arguments)
 
-    monkeypatch.setattr(shoot, "store", counted)
+    monkeypatch.setattr(render_cells, "store", counted)
     return shots
 
 
@@ -77,8 +77,8 @@ def test_scores_are_those_of_the_pictures(scene, tmp_path):
     reference = make_reference(plan.find_scenes()[0].setting, results.scenes[0].reference_spp)
     for one in results.measurements:
         shot, took = cells.load(one.cell, tmp_path / "out")
-        assert one.scores.mse == pytest.approx(score.mse(shot.image, reference.image) - reference.mse)
-        assert one.scores.bias == pytest.approx(score.bias(shot.image, reference.image))
+        assert one.scores.mse == pytest.approx(metrics.mse(shot.image, reference.image) - reference.mse)
+        assert one.scores.bias == pytest.approx(metrics.bias(shot.image, reference.image))
         assert took.samples == 12 * 8 * shot.counts.mean()
     alone = tracer.render(scene, spp=8, seed=0, criterion="fused")
     fused = next(one.cell for one in results.measurements if one.cell.method == "fused")
@@ -97,7 +97,7 @@ def test_nothing_is_rendered_twice(scene, tmp_path, monkeypatch):
     assert len(shots) == 12 + 6
     run_study(plan_of(scene, methods=[*METHODS, {"name": "even", "sampler": "independent"}]), tmp_path / "out")
     assert len(shots) == 18 + 4
-    monkeypatch.setattr(code, "criterion_hash", lambda name: f"{name} was edited")
+    monkeypatch.setattr(source_hash, "criterion_hash", lambda name: f"{name} was edited")
     run_study(plan_of(scene), tmp_path / "out")
     assert len(shots) == 22 + 8  # not those of mi.render
     run_study(plan_of(scene), tmp_path / "out", overwrite=True)
@@ -189,9 +189,9 @@ def test_a_method_that_never_works(scene, tmp_path, monkeypatch):
 
         return render
 
-    stock = shoot.Studio.stock
+    stock = render_cells.Studio.stock
 
-    monkeypatch.setattr(shoot.Studio, "stock", never)
+    monkeypatch.setattr(render_cells.Studio, "stock", never)
     results = run_study(plan_of(scene), tmp_path / "out")
     assert {one.method for one in results.failures} == {"stock"}
     assert len(results.failures) == 4
@@ -265,7 +265,7 @@ def test_a_sampler_that_does_not_exist(scene, tmp_path):
 
 
 def test_pictures_with_pixels_that_are_not_finite(scene, tmp_path, monkeypatch):
-    stock = shoot.Studio.stock
+    stock = render_cells.Studio.stock
 
     def spoilt(studio, sampler):
         render = stock(studio, sampler)
@@ -279,7 +279,7 @@ def test_pictures_with_pixels_that_are_not_finite(scene, tmp_path, monkeypatch):
 
         return other
 
-    monkeypatch.setattr(shoot.Studio, "stock", spoilt)
+    monkeypatch.setattr(render_cells.Studio, "stock", spoilt)
     results = run_study(plan_of(scene, spp=[4], seeds=1), tmp_path / "out")
     assert [one.message for one in results.failures] == ["1 pixels of the picture are not finite"]
     assert {one.cell.method for one in results.measurements} == {"uniform", "fused"}

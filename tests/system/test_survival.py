@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 
 from conftest import LIT, PATIENCE
-from tracer import checkpoint, scenes
-from tracer.files import is_running, read_exr, write_exr
+from tracer import scenes
+from tracer.io.exr import is_running, read_exr, write_exr
+from tracer.session import checkpoint
 
 SIZE = LIT.replace('value="12"', 'value="96"').replace('value="8"', 'value="64"')
 BALL = '<shape type="sphere"><bsdf type="roughconductor"/></shape>'
@@ -128,7 +129,7 @@ def test_on_a_full_disk_the_old_checkpoint_stays(scene, tmp_path):
 
 @pytest.mark.slow
 def test_a_crash_is_a_sentence(scene, tmp_path):
-    crash = "import os, tracer.loop as loop\nloop.Rendering.run = lambda self: os.kill(os.getpid(), 11)"
+    crash = "import os, tracer.session.render_loop as loop\nloop.Rendering.run = lambda self: os.kill(os.getpid(), 11)"
     program = f"{crash}\nimport sys\nfrom tracer.cli import main\nmain()"
     arguments = [sys.executable, "-c", program, *command(scene, tmp_path)[3:]]
     done = subprocess.run(arguments, capture_output=True, text=True, timeout=PATIENCE, check=False)

@@ -4,11 +4,11 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from tracer.viewpoint import sphere
+from tracer.core import sphere
 from tracer.viewpoint.camera import sensors, write_sensors
-from tracer.viewpoint.gauge import stand
+from tracer.viewpoint.direction_measure import stand
 from tracer.viewpoint.item_buffer import Rays, projected_areas
-from tracer.viewpoint.subject import open_subject
+from tracer.viewpoint.surfaces import open_subject
 
 from .conftest import mesh_scene
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tracer.viewpoint.channel import adjacent
-from tracer.viewpoint.subject import Mesh
+from tracer.viewpoint.surfaces import Mesh
 
 
 def fan(count):

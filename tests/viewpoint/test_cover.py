@@ -6,12 +6,12 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
+from tracer.core import sphere
 from tracer.viewpoint import cover as module
-from tracer.viewpoint import sphere
 from tracer.viewpoint.cover import cover
 from tracer.viewpoint.item_buffer import Rays, Viewpoints, around, projected_areas
 from tracer.viewpoint.lens import Orthographic
-from tracer.viewpoint.subject import open_subject
+from tracer.viewpoint.surfaces import open_subject
 
 from .conftest import mesh_scene
 

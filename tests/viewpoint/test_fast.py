@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tracer.viewpoint import sphere
+from tracer.core import sphere
 from tracer.viewpoint.fast import estimate, estimate_entropy, grassberger
 from tracer.viewpoint.item_buffer import Rays, around, at
 from tracer.viewpoint.lens import Orthographic, Perspective, WholeSphere
-from tracer.viewpoint.subject import open_subject
+from tracer.viewpoint.surfaces import open_subject
 from tracer.viewpoint.survey import survey
 
 

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tracer import complexity
+from tracer.complexity import measures
+from tracer.core import sphere
 from tracer.errors import SceneError, SettingsError
-from tracer.viewpoint import item_buffer, sphere
+from tracer.viewpoint import item_buffer
 from tracer.viewpoint.item_buffer import Rays, around, at, projected_areas
 from tracer.viewpoint.lens import Orthographic, Perspective, WholeSphere
-from tracer.viewpoint.subject import open_subject
+from tracer.viewpoint.surfaces import open_subject
 
 from .conftest import mesh_scene
 
@@ -39,7 +40,7 @@ def test_a_cube_of_six_faces_from_far(quads, direction, entropy, visible):
     areas = seen(subject, around(subject.centre, 3, directions(direction)), Orthographic(1))[0]
     assert subject.count == 6
     assert np.count_nonzero(areas) == visible
-    assert complexity.entropy(areas) == pytest.approx(entropy, abs=2e-3)
+    assert measures.entropy(areas) == pytest.approx(entropy, abs=2e-3)
     assert areas.sum() == pytest.approx(np.abs(directions(direction)).sum(), rel=4e-3)  # edge 1: sum of cosines
 
 
@@ -48,7 +49,7 @@ def test_the_same_cube_in_triangles_has_a_bit_more(triangles):
     views = around(subject.centre, 3, directions((0, 0, 1), (1, 0, 1), (1, 1, 1)))
     assert subject.count == 12
     assert subject.areas == pytest.approx(np.full(12, 0.5))
-    found = complexity.entropy(seen(subject, views, Orthographic(1)))
+    found = measures.entropy(seen(subject, views, Orthographic(1)))
     assert found == pytest.approx([1, 2, 1 + np.log2(3)], abs=3e-3)
     shape = open_subject(triangles, "shape")
     assert shape.count == 1
@@ -60,7 +61,7 @@ def test_a_cube_from_its_middle(quads, triangles):
     for scene, kind, count in ((quads, "shape", 6), (triangles, "face", 12)):
         areas = seen(open_subject(scene, kind), at(np.zeros((1, 3))), WholeSphere())[0]
         assert areas.sum() == pytest.approx(4 * np.pi)
-        assert complexity.entropy(areas) == pytest.approx(np.log2(count), abs=1e-4)
+        assert measures.entropy(areas) == pytest.approx(np.log2(count), abs=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -71,7 +72,7 @@ def test_a_cube_on_the_whole_sphere_with_background(quads, triangles, distance, 
         subject = open_subject(scene, kind)
         areas = seen(subject, at(np.array([[0.0, 0.0, distance]])), WholeSphere())[0]
         assert areas.sum() == pytest.approx(omega, rel=5e-3)
-        assert complexity.entropy([*areas, 4 * np.pi - areas.sum()]) == pytest.approx(entropy, rel=5e-3)
+        assert measures.entropy([*areas, 4 * np.pi - areas.sum()]) == pytest.approx(entropy, rel=5e-3)
 
 
 def test_a_pinhole_measures_solid_angles(quads):

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from tracer.core import sphere
 from tracer.errors import SettingsError
-from tracer.viewpoint import sphere
 from tracer.viewpoint.atom_files import Atoms
-from tracer.viewpoint.gauge import Gauge, stand
+from tracer.viewpoint.direction_measure import Gauge, stand
 from tracer.viewpoint.item_buffer import Rays, around
 from tracer.viewpoint.lens import Orthographic
 from tracer.viewpoint.molecules import ball, open_molecule, repeat, zone_axes

@@ -7,7 +7,7 @@ import pytest
 from tracer.errors import SceneError
 from tracer.viewpoint.item_buffer import Rays, projected_areas
 from tracer.viewpoint.own_camera import own_camera
-from tracer.viewpoint.subject import open_subject
+from tracer.viewpoint.surfaces import open_subject
 
 LOOK = mi.ScalarTransform4f().look_at([3, 2, 4], [0.2, -0.1, 0], [0, 1, 0.1])
 FILM = {"type": "hdrfilm", "width": 96, "height": 54, "rfilter": {"type": "box"}, "pixel_format": "luminance"}

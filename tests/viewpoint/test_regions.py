@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tracer.viewpoint import sphere
+from tracer.core import sphere
 from tracer.viewpoint.item_buffer import around
 from tracer.viewpoint.lens import Orthographic
 from tracer.viewpoint.regions import corners, look_through_blocks, look_through_triangles, uniform_in_triangle
-from tracer.viewpoint.subject import open_subject
+from tracer.viewpoint.surfaces import open_subject
 
 AXES, OCTANTS = sphere.octants()
 

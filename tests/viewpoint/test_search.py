@@ -8,12 +8,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tracer.viewpoint import measures, sphere
-from tracer.viewpoint.gauge import Gauge, ring, stand
+from tracer.core import sphere
+from tracer.viewpoint import measures
+from tracer.viewpoint.direction_measure import Gauge, ring, stand
 from tracer.viewpoint.item_buffer import Rays
 from tracer.viewpoint.lens import Orthographic, Perspective
 from tracer.viewpoint.search import exhaustive_search, paper_search
-from tracer.viewpoint.subject import open_subject
+from tracer.viewpoint.surfaces import open_subject
 
 FINITE = st.floats(-1, 1)
 DIRECTIONS = st.tuples(FINITE, FINITE, FINITE).filter(lambda v: np.linalg.norm(v) > 1e-2).map(sphere.normalised)

@@ -4,13 +4,14 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
+from tracer.core import sphere
 from tracer.errors import SettingsError
-from tracer.viewpoint import item_buffer, measures, sphere
+from tracer.viewpoint import item_buffer, measures
 from tracer.viewpoint.channel import adjacent, new_channel
-from tracer.viewpoint.gauge import stand
+from tracer.viewpoint.direction_measure import stand
 from tracer.viewpoint.item_buffer import Rays, Viewpoints, around, at, projected_areas
 from tracer.viewpoint.lens import Orthographic, Perspective, WholeSphere
-from tracer.viewpoint.subject import open_subject
+from tracer.viewpoint.surfaces import open_subject
 from tracer.viewpoint.survey import survey
 
 from .conftest import mesh_scene

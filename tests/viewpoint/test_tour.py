@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tracer.viewpoint import sphere, tour
+from tracer.core import sphere
+from tracer.viewpoint import tour
 from tracer.viewpoint.tour import carried, explore, smooth
 
 STEP = np.radians(6)

@@ -6,10 +6,11 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from tracer.viewpoint import sphere, vertices
+from tracer.core import sphere
+from tracer.viewpoint import vertices
 from tracer.viewpoint.item_buffer import Viewpoints, around, at
 from tracer.viewpoint.lens import Orthographic, Perspective, WholeSphere
-from tracer.viewpoint.subject import open_subject
+from tracer.viewpoint.surfaces import open_subject
 from tracer.viewpoint.vertices import seen_vertices
 
 from .conftest import mesh_scene

@@ -8,7 +8,6 @@ from typing import Any
 
 import typer
 
-from tracer.backend import named_library
 from tracer.cli import (
     cluster_report,
     compare,
@@ -23,7 +22,8 @@ from tracer.cli import (
     study,
     view,
 )
-from tracer.wording import speaking_to_command_line
+from tracer.core.backend import named_library
+from tracer.core.wording import speaking_to_command_line
 
 app = typer.Typer(
     help="Render adaptively on Mitsuba 3: look first with cheap rays, spend expensive rays where they pay.",

@@ -19,9 +19,9 @@ def cluster_report(
 
     Example: tracer cluster-report -o results/cluster
     """
-    from tracer import backend
     from tracer.cli.progress import steps
-    from tracer.files import prepare_folder
+    from tracer.core import backend
+    from tracer.io.exr import prepare_folder
 
     backend.activate()
     from tracer.study.cluster import everything

@@ -44,8 +44,8 @@ def compare(
 
     Example: tracer compare scene.xml --spp 16 64
     """
-    from tracer.study.origin import Origin
     from tracer.study.plan import make_plan
+    from tracer.study.toml_location import Origin
 
     spps = spp or [64]
     place = {"sensor": sensor} | ({"integrator": integrator} if integrator else {})

@@ -17,8 +17,8 @@ from typing import Any
 
 from tracer.cli.signals import HANDLED as PASSED_ON
 from tracer.cli.signals import REPEATED_SECONDS
+from tracer.core.processes import die_with
 from tracer.errors import SettingsError
-from tracer.processes import die_with
 
 CRASHED = 3
 """Exit code when Mitsuba has crashed."""

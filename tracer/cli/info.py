@@ -14,8 +14,8 @@ def info() -> None:
     import os
     import platform
 
-    from tracer import backend
-    from tracer.metadata import version
+    from tracer.core import backend
+    from tracer.session.output import version
 
     variant = backend.activate()
     import drjit as dr

@@ -24,20 +24,20 @@ def merge(
 
     Example: tracer merge part1.ckpt part2.ckpt -o out.exr
     """
-    from tracer import files
+    from tracer.io import exr
 
-    files.check_output(output, overwrite)
-    chosen = files.chosen_layers(layers)
+    exr.check_output(output, overwrite)
+    chosen = exr.chosen_layers(layers)
     if checkpoint is not None:
-        files.check_output(checkpoint, overwrite, suffixes=())
+        exr.check_output(checkpoint, overwrite, suffixes=())
 
     from tracer.cli.render import in_words, summary
-    from tracer.merge import merge as merge_files
-    from tracer.metadata import metadata
+    from tracer.session.merge import merge as merge_files
+    from tracer.session.output import metadata
 
     result, whole = merge_files(checkpoints, checkpoint)
     own = {**metadata(result, whole.identity["scene"]), "sources": whole.sources}
-    files.write_result(output, result, own, chosen)
+    exr.write_result(output, result, own, chosen)
     if as_json:
         typer.echo(json.dumps({"output": str(output), **summary(result)}))
     elif not quiet:

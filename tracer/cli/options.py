@@ -25,7 +25,7 @@ def criteria_names() -> list[str]:
 
 def objective_names() -> list[str]:
     """Return the names of all objectives, for completion on the command line."""
-    from tracer.objective import OBJECTIVES
+    from tracer.image.objective import OBJECTIVES
 
     return list(OBJECTIVES)
 

@@ -19,9 +19,9 @@ def production_report(
 
     Example: tracer production-report -o results/production
     """
-    from tracer import backend
     from tracer.cli.progress import steps
-    from tracer.files import prepare_folder
+    from tracer.core import backend
+    from tracer.io.exr import prepare_folder
 
     backend.activate()
     from tracer.study.production import everything

@@ -50,18 +50,19 @@ def radiosity(
 
     Example: tracer radiosity scene.xml -o out.exr
     """
-    from tracer import backend, files
     from tracer.api import render
     from tracer.cli import signals
     from tracer.cli.progress import steps, watch
+    from tracer.core import backend
     from tracer.errors import SceneError, SettingsError
-    from tracer.fingerprint import fingerprint
-    from tracer.metadata import metadata
+    from tracer.io import exr
     from tracer.radiosity.remarks import other_than_diffuse, remarks, with_media
-    from tracer.source import load
+    from tracer.scene.fingerprint import fingerprint
+    from tracer.scene.load import load
+    from tracer.session.output import metadata
 
-    files.check_output(output, overwrite)
-    written = files.chosen_layers(layers)
+    exr.check_output(output, overwrite)
+    written = exr.chosen_layers(layers)
     if patch is not None and not 0 < patch < float("inf"):
         raise SettingsError(f"The edge of a patch is a length above 0, not {patch:g}.")
     if not 0 < residual < 1:
@@ -92,7 +93,7 @@ def radiosity(
         typer.echo(sentence, err=True)
     with watch("Rendering", quiet) as progress:
         result = render(loaded, integrator=integrator, sensor=sensor, size=size, spp=spp, seed=seed, progress=progress)
-    files.write_result(output, result, metadata(result, scene_hash), written)
+    exr.write_result(output, result, metadata(result, scene_hash), written)
     if not quiet:
         found = integrator.solution
         typer.echo(

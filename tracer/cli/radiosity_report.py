@@ -19,9 +19,9 @@ def radiosity_report(
 
     Example: tracer radiosity-report -o results/radiosity
     """
-    from tracer import backend
     from tracer.cli.progress import steps
-    from tracer.files import prepare_folder
+    from tracer.core import backend
+    from tracer.io.exr import prepare_folder
 
     backend.activate()
     from tracer.radiosity.report import everything

@@ -138,8 +138,8 @@ def render(
     from tracer.cli import STARTED, signals
     from tracer.cli.progress import watch
     from tracer.errors import WriteError
-    from tracer.job import make_job
-    from tracer.perform import perform
+    from tracer.jobs.job import make_job
+    from tracer.jobs.run import perform
 
     job = make_job(given, config)
     lost = False
@@ -169,7 +169,7 @@ def summary(result: Any) -> dict[str, Any]:
 
 def in_words(result: Any) -> str:
     """Return a line about a picture."""
-    from tracer.quantities import mean_count, percent
+    from tracer.core.quantities import mean_count, percent
 
     report = result.report
     height, width = result.image.shape[:2]

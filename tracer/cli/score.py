@@ -35,9 +35,9 @@ def score(
     """
     from dataclasses import asdict
 
-    from tracer import score as metrics
     from tracer.cli.show import simple_table
-    from tracer.pictures import read_picture, read_reference, score_pair
+    from tracer.image import metrics as metrics
+    from tracer.io.images import read_picture, read_reference, score_pair
     from tracer.study.write import finite
 
     taken = reference_layer

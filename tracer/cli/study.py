@@ -36,7 +36,7 @@ def study(
 
     Example: tracer study smoke -o results
     """
-    from tracer.study.named import find_plan
+    from tracer.study.bundled import find_plan
 
     if workers is not None and scheduler is not None:
         raise SettingsError("Name workers or a scheduler, not both.")

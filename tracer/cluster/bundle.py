@@ -16,7 +16,7 @@ from typing import Any
 from distributed import WorkerPlugin
 
 from tracer.errors import ClusterError
-from tracer.source import is_file, parse, properties
+from tracer.scene.load import is_file, parse, properties
 
 SCENES = "tracer-scenes"
 """Folder within that of a worker where bundles are unpacked."""

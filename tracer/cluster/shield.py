@@ -10,7 +10,7 @@ import multiprocessing
 import signal
 from typing import Any
 
-from tracer.processes import die_with
+from tracer.core.processes import die_with
 
 
 def dask_setup(worker: Any) -> None:

@@ -10,8 +10,8 @@ import numpy as np
 from dask.sizeof import sizeof
 from numpy.typing import NDArray
 
-from tracer.cluster.regions import Region
-from tracer.estimate import Estimate
+from tracer.cluster.work_balancer import Region
+from tracer.film.estimate import Estimate
 
 Buffer = NDArray[np.uint8]
 """Sums, array after array."""

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.criteria.registry import Evidence, Floats
-from tracer.estimate import Statistics
-from tracer.score import luminance
+from tracer.film.estimate import Statistics
+from tracer.image.metrics import luminance
 
 Sums = tuple[list[Any], list[Any]]
 """What a criterion asks to be averaged over the samples of a pixel, and what it asks the maximum of."""

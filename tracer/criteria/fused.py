@@ -23,9 +23,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, uniform_filter
 from scipy.optimize import nnls
 
+from tracer.complexity.pilot import Complexity
 from tracer.criteria.registry import Evidence, Floats, criterion
-from tracer.estimate import Statistics
-from tracer.pilot import Complexity
+from tracer.film.estimate import Statistics
 
 Singles = NDArray[np.float32]
 

@@ -14,7 +14,7 @@ from scipy.ndimage import uniform_filter
 
 from tracer.criteria.colour import colours, divided, grey_as_rgb, known
 from tracer.criteria.registry import Evidence, Floats, criterion
-from tracer.estimate import Statistics
+from tracer.film.estimate import Statistics
 
 STRENGTH = 0.95
 """LuxCore's ``adaptive.strength``: no pixel is 20 times as likely as another."""

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from tracer.errors import SettingsError
 
 if TYPE_CHECKING:
-    from tracer.draw import Moments
-    from tracer.estimate import Statistics
-    from tracer.pilot import Complexity
+    from tracer.complexity.pilot import Complexity
+    from tracer.film.estimate import Statistics
+    from tracer.sampling.samples import Moments
 
 Floats = NDArray[np.float64]
 
@@ -37,7 +37,7 @@ class Evidence:
     before: Statistics | None
     """The same before the last round: what is in ``statistics`` beyond it was not yet seen then."""
     weight: Floats
-    """w of the objective, see ``tracer.objective``; ones before there are radiance samples."""
+    """w of the objective, see ``tracer.image.objective``; ones before there are radiance samples."""
     weight_before: Floats | None
     """The same as it was known ``before``."""
     colour_channels: int
@@ -105,7 +105,7 @@ def import_all() -> None:
 
 def import_file(path: Path) -> None:
     """Run a Python file that registers criteria of its own. Raises whatever it raises."""
-    from tracer.threads import for_files
+    from tracer.core.threads import for_files
 
     import_all()
     specification = importlib.util.spec_from_file_location(f"tracer_criteria_{path.stem}", path)

@@ -16,7 +16,7 @@ from tracer.criteria.colour import divided, mean_colour, perceived, ranked
 from tracer.criteria.colour_contrast import contrast_of
 from tracer.criteria.divergences import logarithms
 from tracer.criteria.registry import Evidence, Floats, criterion
-from tracer.score import luminance
+from tracer.image.metrics import luminance
 
 DELTA = 0.5
 """Weight of colour against geometry: the papers leave it to the user."""

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from tracer.criteria.registry import Evidence, Floats, criterion
-from tracer.estimate import Statistics
+from tracer.film.estimate import Statistics
 
 RADIUS = 1.0
 """Standard deviation in pixels of the smoothing: a variance from a few samples is itself mostly noise."""

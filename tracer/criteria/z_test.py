@@ -14,7 +14,7 @@ import numpy as np
 
 from tracer.criteria.colour import Sums, beyond_rounding, colours, divided, known, ranked
 from tracer.criteria.registry import Evidence, Floats, criterion
-from tracer.score import LUMINANCE, luminance
+from tracer.image.metrics import LUMINANCE, luminance
 
 Z = 1.959964
 """Two-sided, of a normal distribution."""

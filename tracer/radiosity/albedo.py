@@ -9,8 +9,8 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.draw import divide
-from tracer.hashing import GOLDEN_RATIO, mix
+from tracer.core.hashing import GOLDEN_RATIO, mix
+from tracer.sampling.samples import divide
 from tracer.viewpoint.item_buffer import to_unit
 
 Floats = NDArray[np.float64]

@@ -10,11 +10,11 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.draw import divide
-from tracer.radiosity.gather import sums_of_rays
 from tracer.radiosity.hemisphere import MOST_RAYS
+from tracer.radiosity.irradiance import sums_of_rays
 from tracer.radiosity.lattice import lattice
 from tracer.radiosity.patches import Patches
+from tracer.sampling.samples import divide
 
 Floats = NDArray[np.float64]
 Told = Callable[[str, int, int], None]

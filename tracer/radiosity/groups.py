@@ -15,8 +15,8 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.hashing import mix
-from tracer.upload import upload
+from tracer.core.device import upload
+from tracer.core.hashing import mix
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

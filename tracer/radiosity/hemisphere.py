@@ -16,14 +16,14 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.draw import divide
-from tracer.hashing import GOLDEN_RATIO, mix
-from tracer.pilot import multiplicity
+from tracer.complexity.pilot import multiplicity
+from tracer.core.device import upload
+from tracer.core.hashing import GOLDEN_RATIO, mix
+from tracer.radiosity.cosine_triangle import cosine_in_triangle, table_of
 from tracer.radiosity.groups import Groups
 from tracer.radiosity.lattice import spread
-from tracer.radiosity.projected import cosine_in_triangle, table_of
-from tracer.radiosity.pyramid import Pyramid, pyramid
-from tracer.upload import upload
+from tracer.radiosity.triangle_hierarchy import Pyramid, pyramid
+from tracer.sampling.samples import divide
 from tracer.viewpoint.item_buffer import to_unit
 
 Floats = NDArray[np.float64]

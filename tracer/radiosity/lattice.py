@@ -8,7 +8,7 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 
-from tracer.hashing import GOLDEN_RATIO, mix
+from tracer.core.hashing import GOLDEN_RATIO, mix
 from tracer.viewpoint.item_buffer import to_unit
 
 Way = Callable[[Any, Any, Any, int], tuple[Any, Any]]

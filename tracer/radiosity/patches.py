@@ -15,9 +15,9 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.core.device import upload
 from tracer.radiosity.groups import Points
 from tracer.radiosity.hemisphere import NOTHING, See
-from tracer.upload import upload
 
 Floats = NDArray[np.float64]
 

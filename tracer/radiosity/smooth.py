@@ -13,10 +13,10 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.radiosity.cut import cell_corners, cells_of, corners_of
+from tracer.core.device import upload
 from tracer.radiosity.hemisphere import NOTHING
+from tracer.radiosity.meshing import cell_corners, cells_of, corners_of
 from tracer.radiosity.patches import Patches, in_cell, look_up, on_device
-from tracer.upload import upload
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

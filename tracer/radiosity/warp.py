@@ -16,11 +16,11 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.core.device import upload
+from tracer.core.sphere import normalised
 from tracer.radiosity.guide import Guide
 from tracer.radiosity.lattice import Way, evenly, lattice
-from tracer.radiosity.pyramid import pyramid
-from tracer.upload import upload
-from tracer.viewpoint.sphere import normalised
+from tracer.radiosity.triangle_hierarchy import pyramid
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -12,10 +12,11 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from tracer import backend, files
+from tracer.core import backend
 from tracer.errors import OutputError
-from tracer.fingerprint import fingerprint
-from tracer.study import code
+from tracer.io import exr
+from tracer.scene.fingerprint import fingerprint
+from tracer.study import source_hash
 from tracer.study.methods import Shot
 from tracer.study.plan import Budget, MethodPlan, Plan, Scene
 
@@ -73,8 +74,14 @@ def cells_of(plan: Plan, place: Scene) -> list[list[Cell]]:
 
 def key(content: tuple[Any, ...], method: MethodPlan, budget: Budget, seed: int) -> str:
     """Return the hash of all that the pixels of a cell depend on, the code included."""
-    made_by = code.stock_hash() if method.sampler else code.render_hash()
-    own = code.criterion_hash(method.criterion) if method.criterion else code.oracle_hash() if method.oracle else ""
+    made_by = source_hash.stock_hash() if method.sampler else source_hash.render_hash()
+    own = (
+        source_hash.criterion_hash(method.criterion)
+        if method.criterion
+        else source_hash.oracle_hash()
+        if method.oracle
+        else ""
+    )
     settings = method.model_dump_json(exclude={"name", "objective"} if method.sampler else {"name"})
     parts = (content, settings, budget, seed, made_by, own, mi.__version__, mi.variant())
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:24]
@@ -86,7 +93,7 @@ def store(cell: Cell, output: Path, shot: Shot, spp: int, run: str, where: str |
     path.parent.mkdir(parents=True, exist_ok=True)
     took = Took(spp, shot.samples, shot.seconds, shot.seconds_drawing, run, where or machine())
     values = np.concatenate([shot.image, shot.counts[..., None]], axis=-1, dtype=np.float32)
-    files.write_exr(path, ["R", "G", "B", "samples.Y"], values, {"key": cell.key, "took": asdict(took)})
+    exr.write_exr(path, ["R", "G", "B", "samples.Y"], values, {"key": cell.key, "took": asdict(took)})
 
 
 def machine() -> str:
@@ -98,14 +105,14 @@ def is_kept(cell: Cell, output: Path) -> bool:
     """Return whether the picture of a cell is there, made from what it would be made from now."""
     path = cell.path(output)
     try:
-        return path.exists() and files.read_metadata(path).get("key") == cell.key
+        return path.exists() and exr.read_metadata(path).get("key") == cell.key
     except OutputError:  # damaged: it is made again and takes its place
         return False
 
 
 def load(cell: Cell, output: Path) -> tuple[Shot, Took]:
     """Return a picture that was kept. Raises OutputError if it cannot be read."""
-    names, values, own = files.read_exr(cell.path(output))
+    names, values, own = exr.read_exr(cell.path(output))
     took = Took(**json.loads(own["took"]))
     colours = [names.index(name) for name in "RGB"]
     counts = values[..., names.index("samples.Y")]

@@ -12,16 +12,17 @@ from pathlib import Path
 import filelock
 import mitsuba as mi
 
-from tracer import files, score
+from tracer.core.wording import option
 from tracer.errors import OutputError, TracerError
-from tracer.load_error import load_error
-from tracer.source import LOAD_ERRORS
+from tracer.image import metrics
+from tracer.io import exr
+from tracer.scene.load import LOAD_ERRORS
+from tracer.scene.load_errors import load_error
 from tracer.study import cells
 from tracer.study.methods import Studio
 from tracer.study.plan import Plan, Scene
 from tracer.study.reference import prepare_cache
 from tracer.study.write import RESULT_FILES
-from tracer.wording import option
 
 
 def check_study(plan: Plan, scenes: Sequence[Scene]) -> None:
@@ -41,10 +42,10 @@ def check_study(plan: Plan, scenes: Sequence[Scene]) -> None:
                 height, width = Studio(stack, scene.setting, samplers).view.size
         except TracerError as error:
             raise plan.origin.fault(str(error), culprit(plan, scene, error)) from None
-        if min(height, width) < score.SSIM_WINDOW:
+        if min(height, width) < metrics.SSIM_WINDOW:
             message = (
                 f"'{scene.name}' is {width} x {height} pixels; structural similarity needs at least "
-                f"{score.SSIM_WINDOW} a side, use a larger size"
+                f"{metrics.SSIM_WINDOW} a side, use a larger size"
             )
             raise plan.origin.fault(message, (*scene.location, "size"))
 
@@ -78,7 +79,7 @@ def prepare_output(plan: Plan, output: Path, overwrite: bool) -> None:
         if foreign and not (output / RESULT_FILES[0]).exists():
             raise OutputError(f"'{output / foreign[0]}' is not from a study; choose another folder.")
         mark.parent.mkdir(exist_ok=True)
-        files.write_text(mark, json.dumps({"study": {"name": plan.name}}))
+        exr.write_text(mark, json.dumps({"study": {"name": plan.name}}))
 
 
 @contextmanager
@@ -87,9 +88,9 @@ def one_at_a_time(output: Path) -> Iterator[None]:
     if output.is_file():
         raise OutputError(f"'{output}' is a file; choose a folder.")
     if not output.exists():
-        files.check_folder(output.parent)
+        exr.check_folder(output.parent)
         output.mkdir()
-    files.check_folder(output)
+    exr.check_folder(output)
     name = hashlib.sha256(str(output.resolve()).encode()).hexdigest()[:24]
     try:
         with filelock.FileLock(prepare_cache() / f"{name}.lock", timeout=0):

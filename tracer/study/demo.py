@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from importlib.resources import as_file, files
 from pathlib import Path
 
-from tracer import backend
 from tracer.api import render
-from tracer.files import write_text
+from tracer.core import backend
+from tracer.image.metrics import Scores, all_scores
+from tracer.io.exr import write_text
 from tracer.progress import ProgressCallback
-from tracer.score import Scores, all_scores
 from tracer.study.methods import Setting
-from tracer.study.picture import Panel, relative_error, write_panels
+from tracer.study.panels import Panel, relative_error, write_panels
 from tracer.study.reference import make_reference
 from tracer.study.run import StepCallback
 from tracer.study.tables import markdown_table

@@ -14,12 +14,12 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.loop import render_view
 from tracer.progress import ProgressCallback
-from tracer.scene import Size, open_scene, pick_sensor, resize_film
+from tracer.scene.load import load
+from tracer.scene.view import Size, open_scene, pick_sensor, resize_film
+from tracer.session.render_loop import render_view
+from tracer.session.terms import Terms
 from tracer.settings import make_settings
-from tracer.source import load
-from tracer.terms import Terms
 
 Floats = NDArray[np.float32]
 

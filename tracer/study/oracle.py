@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import gaussian_filter
 
-from tracer import budget, objective, score
-from tracer.noise import on_screen
-from tracer.study.truth import Truth
+from tracer.adaptive import budget
+from tracer.adaptive.convergence import on_screen
+from tracer.image import metrics, objective
+from tracer.study.oracle_measurements import Truth
 
 LEAST_LIMIT = 1.1
 """Below it there is so little to gain that the share of it means nothing."""
@@ -32,7 +33,7 @@ def limit(variance: ArrayLike, mean: ArrayLike, name: str) -> float:
     ``variance`` of one sample and ``mean`` are (H, W, 3); ``name`` is the objective that w belongs to. For independent
     samples without a least number; a low-discrepancy sequence can gain less or more.
     """
-    weight = objective.weights(name, score.luminance(mean))
+    weight = objective.weights(name, metrics.luminance(mean))
     deviation = np.sqrt(np.asarray(variance, np.float64).sum(axis=-1) * weight)
     average = float(deviation.mean())
     return float(np.mean(deviation**2)) / average**2 if average > 0 else 1.0

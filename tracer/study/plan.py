@@ -14,10 +14,10 @@ from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError
 
 from tracer import criteria
 from tracer.errors import SettingsError
-from tracer.load_error import nearest
+from tracer.scene.load_errors import nearest
 from tracer.settings import Settings, explain
 from tracer.study.methods import Setting
-from tracer.study.origin import Location, Origin
+from tracer.study.toml_location import Location, Origin
 
 NAME = r"^[A-Za-z0-9][\w.+() -]*$"
 STOCK_KEYS = {"name", "sampler", "objective"}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tracer.score import Scores
+from tracer.image.metrics import Scores
 from tracer.study.cells import Cell, Took
 from tracer.study.gains import Gain, Interval
 

@@ -21,12 +21,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from tracer import files, score
 from tracer.errors import OutputError, SceneError
-from tracer.fingerprint import fingerprint
-from tracer.scene import View
-from tracer.study.halves import Half
+from tracer.image import metrics
+from tracer.io import exr
+from tracer.scene.fingerprint import fingerprint
+from tracer.scene.view import View
 from tracer.study.methods import Setting, Studio
+from tracer.study.reference_half import Half
 from tracer.study.uniform import render_uniform
 
 FORMAT = 1
@@ -84,7 +85,7 @@ class Reference:
     @property
     def relative_mse(self) -> float:
         """The same, relative as in ``score.relative_mse``."""
-        return float((self.squared_error / score.relative_scale(self.image)[..., None]).mean())
+        return float((self.squared_error / metrics.relative_scale(self.image)[..., None]).mean())
 
     @property
     def disagreement(self) -> float:
@@ -156,7 +157,7 @@ def prepare_cache() -> Path:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise OutputError(f"Cannot keep references in '{folder}': {error.strerror}; set TRACER_CACHE.") from None
-    return files.check_folder(folder)
+    return exr.check_folder(folder)
 
 
 def spp_of_chunk(pixel_count: int) -> int:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tracer.score import Scores
+from tracer.image.metrics import Scores
 from tracer.study.gains import error_rate, gain, geometric_mean
 from tracer.study.oracle import LEAST_LIMIT, share
 from tracer.study.plan import MethodPlan, Plan

@@ -13,9 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from tracer import backend, score
-from tracer.score import Scores
-from tracer.study import cells, oracle, shoot
+from tracer.core import backend
+from tracer.image import metrics
+from tracer.image.metrics import Scores
+from tracer.study import cells, oracle, render_cells
 from tracer.study.cells import Cell, Took
 from tracer.study.check import check_study, count_scenes, one_at_a_time, prepare_output
 from tracer.study.methods import Shot
@@ -25,7 +26,7 @@ from tracer.study.plan import Plan, Scene
 from tracer.study.records import CLOSE, Failure, Measurement, SceneFacts
 from tracer.study.reference import Reference, make_reference
 from tracer.study.results import Results
-from tracer.study.scores import ScoreBook
+from tracer.study.score_cache import ScoreBook
 from tracer.study.write import PAGE, write_results
 
 StepCallback = Callable[[str, int, int], bool | None]
@@ -57,11 +58,11 @@ def run_study(
         prepare_output(plan, output, overwrite)
         if cluster is None:
             return Study(plan, scenes, output, progress).run()
-        from tracer.cluster.crew import open_crew
-        from tracer.study import elsewhere
+        from tracer.cluster.connection import open_crew
+        from tracer.study import render_cells_remote
 
         with open_crew(cluster) as crew:
-            return Study(plan, scenes, output, progress, partial(elsewhere.shoot, crew=crew)).run()
+            return Study(plan, scenes, output, progress, partial(render_cells_remote.shoot, crew=crew)).run()
 
 
 class Study:
@@ -73,7 +74,7 @@ class Study:
         scenes: Sequence[Scene],
         output: Path,
         progress: StepCallback | None,
-        shoot_scene: Callable[..., list[Failure]] = shoot.shoot,
+        shoot_scene: Callable[..., list[Failure]] = render_cells.shoot,
     ) -> None:
         self.shoot_scene = shoot_scene
         self.plan, self.scenes, self.output, self.progress = plan, scenes, output, progress
@@ -101,7 +102,9 @@ class Study:
                 try:
                     self.measure(scene, [cell for block in blocks for cell in block])
                 except Exception as error:  # the other scenes can still be measured
-                    self.results.failures.append(Failure(scene.name, "reference", "all", 0, shoot.one_line(error)))
+                    self.results.failures.append(
+                        Failure(scene.name, "reference", "all", 0, render_cells.one_line(error))
+                    )
                 self.results.finished = scene is self.scenes[-1]
                 self.write(time.monotonic() - self.page_written > PAGE_SECONDS)
         finally:
@@ -155,7 +158,7 @@ class Study:
             return cell, *cells.load(cell, self.output)
         except Exception as error:  # whatever damage does to a file; it is among the failures that are told
             cell.path(self.output).unlink()
-            self.results.failures.append(shoot.failure(cell, error))
+            self.results.failures.append(render_cells.failure(cell, error))
             return None
 
     def is_finite(self, cell: Cell, shot: Shot) -> bool:
@@ -171,7 +174,7 @@ class Study:
         spp = min(self.plan.reference_spp, 4 * int(max([64, *self.plan.spp])))
         while True:
             reference = self.reference(scene, spp)
-            smallest = min(score.relative_mse(image, reference.image) for image in images)
+            smallest = min(metrics.relative_mse(image, reference.image) for image in images)
             ratio = reference.relative_mse / max(CLOSE**2 * smallest, 1e-30)
             if ratio <= 1 or reference.spp >= self.plan.reference_spp:
                 return reference

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from tracer.estimate import Statistics
-from tracer.loop import Rendering
+from tracer.film.estimate import Statistics
 from tracer.result import Result
-from tracer.scene import View
+from tracer.scene.view import View
+from tracer.session.render_loop import Rendering
 from tracer.settings import make_settings
 
 

@@ -14,8 +14,8 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from tracer import files
-from tracer.metadata import version
+from tracer.io import exr
+from tracer.session.output import version
 from tracer.study.records import SCORES, Measurement
 from tracer.study.results import Results
 from tracer.study.tables import markdown
@@ -29,9 +29,9 @@ SCHEMA = 1
 def write_results(output: Path, results: Results) -> None:
     """Write all files but the page."""
     record = {**conditions(results), **numbers(results)}
-    files.write_text(output / "results.json", json.dumps(finite(record), indent=1, allow_nan=False) + "\n")
-    files.write_text(output / "results.csv", as_csv(results))
-    files.write_text(output / "results.md", f"{head(results)}\n\n{markdown(results)}")
+    exr.write_text(output / "results.json", json.dumps(finite(record), indent=1, allow_nan=False) + "\n")
+    exr.write_text(output / "results.csv", as_csv(results))
+    exr.write_text(output / "results.md", f"{head(results)}\n\n{markdown(results)}")
 
 
 def conditions(results: Results) -> dict[str, Any]:

@@ -14,8 +14,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer import complexity
-from tracer.viewpoint.subject import Mesh
+from tracer.complexity import measures
+from tracer.viewpoint.surfaces import Mesh
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -56,12 +56,12 @@ class Channel:
     @cached_property
     def surface_entropy(self) -> float:
         """H(Z) in bits."""
-        return float(complexity.entropy(self.sums))
+        return float(measures.entropy(self.sums))
 
     @cached_property
     def view_entropy(self) -> float:
         """H(V) in bits."""
-        return float(complexity.entropy(np.array(self.totals)))
+        return float(measures.entropy(np.array(self.totals)))
 
     @cached_property
     def entropy_of_views(self) -> Floats:

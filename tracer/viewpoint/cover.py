@@ -15,11 +15,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer import complexity
+from tracer.complexity import measures
 from tracer.errors import SceneError
 from tracer.viewpoint.item_buffer import Rays, Viewpoints, projected_areas
 from tracer.viewpoint.lens import Lens
-from tracer.viewpoint.subject import Subject
+from tracer.viewpoint.surfaces import Subject
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -116,7 +116,7 @@ def cover(
 def worth_of(areas: NDArray[np.float32], missing: NDArray[np.bool_], image_area: float) -> float:
     """Return the entropy in bits of a view in which only surfaces that are ``missing`` are told from the background."""
     seen = areas[missing & (areas > 0)].astype(np.float64)
-    return float(complexity.entropy(np.append(seen, max(image_area - seen.sum(), 0.0))))
+    return float(measures.entropy(np.append(seen, max(image_area - seen.sum(), 0.0))))
 
 
 def divergence_of(mixed: Floats, weights: Floats) -> float:

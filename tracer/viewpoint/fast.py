@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import digamma
 
-from tracer import complexity
+from tracer.complexity import measures
 from tracer.viewpoint.item_buffer import Rays, Viewpoints, projected_areas
 from tracer.viewpoint.lens import Lens
-from tracer.viewpoint.subject import Subject
+from tracer.viewpoint.surfaces import Subject
 
 Floats = NDArray[np.float64]
 
@@ -61,7 +61,7 @@ def estimate_entropy(
 
 def estimate(areas: Floats, count: float) -> tuple[float, float, float, float]:
     """Return (entropy, stderr, uncorrected, once) of ``Estimate`` for observed areas, seen by ``count`` rays."""
-    p = complexity.probabilities(areas)
+    p = measures.probabilities(areas)
     p = p[p > 0]
     if not len(p):
         return 0.0, 0.0, 0.0, 0.0

@@ -16,12 +16,12 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.draw import divide
-from tracer.hashing import GOLDEN_RATIO, mix
-from tracer.upload import upload
+from tracer.core.device import upload
+from tracer.core.hashing import GOLDEN_RATIO, mix
+from tracer.core.sphere import frame
+from tracer.sampling.samples import divide
 from tracer.viewpoint.lens import Lens
-from tracer.viewpoint.sphere import frame
-from tracer.viewpoint.subject import Subject
+from tracer.viewpoint.surfaces import Subject
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]

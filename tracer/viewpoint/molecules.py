@@ -9,11 +9,11 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tracer.core.device import upload
+from tracer.core.sphere import icosphere, normalised
 from tracer.errors import SettingsError
-from tracer.upload import upload
 from tracer.viewpoint.atom_files import Atoms
-from tracer.viewpoint.sphere import icosphere, normalised
-from tracer.viewpoint.subject import Subject, open_subject
+from tracer.viewpoint.surfaces import Subject, open_subject
 
 Floats = NDArray[np.float64]
 BALL_LEVEL = 2

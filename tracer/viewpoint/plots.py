@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer import files
-from tracer.viewpoint.sphere import frame, normalised
+from tracer.core.sphere import frame, normalised
+from tracer.io import exr
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -25,7 +25,7 @@ def figure(width: float, height: float) -> Any:
 
 def save(drawn: Any, path: Path, dpi: int = 110) -> None:
     """Write a figure as PNG, whole or not at all."""
-    with files.whole(path) as temporary:
+    with exr.whole(path) as temporary:
         drawn.savefig(temporary, dpi=dpi, format="png")
 
 

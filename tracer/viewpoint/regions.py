@@ -14,14 +14,14 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer import complexity
-from tracer.draw import divide
-from tracer.hashing import mix
-from tracer.pilot import multiplicity
-from tracer.upload import upload
+from tracer.complexity import measures
+from tracer.complexity.pilot import multiplicity
+from tracer.core.device import upload
+from tracer.core.hashing import mix
+from tracer.sampling.samples import divide
 from tracer.viewpoint.item_buffer import Viewpoints, to_unit, world_ray
 from tracer.viewpoint.lens import Lens
-from tracer.viewpoint.subject import Subject
+from tracer.viewpoint.surfaces import Subject
 
 Floats = NDArray[np.float64]
 
@@ -40,22 +40,22 @@ class Regions:
     @cached_property
     def entropy(self) -> Floats:
         """Bits, 0 to log2 K."""
-        return complexity.ray_entropy(self.same)
+        return measures.ray_entropy(self.same)
 
     @cached_property
     def gini(self) -> Floats:
         """0 to 1 - 1 / K."""
-        return complexity.ray_gini(self.same)
+        return measures.ray_gini(self.same)
 
     @cached_property
     def distinct(self) -> Floats:
         """How many different surfaces were hit, the background one of them."""
-        return complexity.ray_distinct(self.same)
+        return measures.ray_distinct(self.same)
 
     @cached_property
     def viewpoint_complexity(self) -> Floats:
         """C(V) of the paper with the region as the image."""
-        return complexity.ray_viewpoint(self.same, self.hit, self.surfaces)
+        return measures.ray_viewpoint(self.same, self.hit, self.surfaces)
 
 
 def look_through_triangles(subject: Subject, eyes: Floats, triangles: Floats, rays: int, seed: int = 0) -> Regions:

@@ -7,14 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.errors import SceneError
-from tracer.loop import render_view
-from tracer.scene import open_scene
-from tracer.score import encode_srgb
+from tracer.image.metrics import encode_srgb
+from tracer.scene.view import open_scene
+from tracer.session.render_loop import render_view
 from tracer.settings import make_settings
 from tracer.viewpoint.camera import sensors
 from tracer.viewpoint.item_buffer import Viewpoints
 from tracer.viewpoint.lens import Lens
-from tracer.viewpoint.subject import Subject
+from tracer.viewpoint.surfaces import Subject
 
 Floats = NDArray[np.float64]
 

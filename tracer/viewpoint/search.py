@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.viewpoint.gauge import ring
-from tracer.viewpoint.sphere import angle, icosphere, middle, octants
+from tracer.core.sphere import angle, icosphere, middle, octants
+from tracer.viewpoint.direction_measure import ring
 
 Floats = NDArray[np.float64]
 Valued = Callable[[Floats], Floats]

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.errors import SceneError, SettingsError
-from tracer.load_error import load_error
-from tracer.mesh_defect import mesh_defect
-from tracer.soundness import require_faces
-from tracer.source import LOAD_ERRORS, load
+from tracer.scene.load import LOAD_ERRORS, load
+from tracer.scene.load_errors import load_error
+from tracer.scene.mesh_defects import mesh_defect
+from tracer.scene.validate import require_faces
 from tracer.viewpoint import atom_files, molecules
-from tracer.viewpoint.subject import Subject, open_subject
+from tracer.viewpoint.surfaces import Subject, open_subject
 
 Floats = NDArray[np.float64]
 MESHES = {".ply": "ply", ".obj": "obj", ".serialized": "serialized"}

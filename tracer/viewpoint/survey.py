@@ -17,8 +17,8 @@ from tracer.viewpoint import measures
 from tracer.viewpoint.channel import Channel, adjacent, new_channel
 from tracer.viewpoint.item_buffer import Batch, Rays, Viewpoints, projected_areas
 from tracer.viewpoint.lens import Lens
-from tracer.viewpoint.sight import Picture, Sight, sight_of
-from tracer.viewpoint.subject import Subject
+from tracer.viewpoint.observation import Picture, Sight, sight_of
+from tracer.viewpoint.surfaces import Subject
 from tracer.viewpoint.vertices import seen_vertices
 
 Floats = NDArray[np.float64]

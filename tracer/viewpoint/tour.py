@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from tracer.core.sphere import angle, frame, normalised
 from tracer.viewpoint.item_buffer import Viewpoints
 from tracer.viewpoint.search import Valued
-from tracer.viewpoint.sphere import angle, frame, normalised
 
 Floats = NDArray[np.float64]
 TURN = np.radians(45.0)

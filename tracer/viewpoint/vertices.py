@@ -8,10 +8,10 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.upload import upload
+from tracer.core.device import upload
 from tracer.viewpoint.item_buffer import Viewpoints
 from tracer.viewpoint.lens import Lens
-from tracer.viewpoint.subject import Subject
+from tracer.viewpoint.surfaces import Subject
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -6,7 +6,7 @@ import shutil
 import numpy as np
 import pytest
 
-from tracer.score import Scores
+from tracer.image.metrics import Scores
 from tracer.study.cells import Cell, Took
 from tracer.study.page.build import write_page
 from tracer.study.page.scene import ScenePictures, Shown

@@ -20,7 +20,7 @@ CRASHES = (
         "(lying|damaged|odd) meshes",
         rb"\A(ply\s.*end_header|\x1c\x04)",
         "PLY and serialized meshes: faces with vertices that do not exist, far beyond the last, are followed while the "
-        "mesh is loaded (those a little beyond load, and are found by tracer.soundness)",
+        "mesh is loaded (those a little beyond load, and are found by tracer.scene.validate)",
     ),
     Known("volumes", rb"\AVOL", "a grid without cells, or with a negative number of them"),
     Known(

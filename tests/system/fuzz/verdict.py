@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from tracer.errors import TracerError
-from tracer.files import read_exr
+from tracer.io.exr import read_exr
 
 from .known import known
 

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tracer.viewpoint import sphere
-from tracer.viewpoint.gauge import stand
+from tracer.core import sphere
+from tracer.viewpoint.direction_measure import stand
 from tracer.viewpoint.item_buffer import Rays, Viewpoints
 from tracer.viewpoint.measures import curvature, get
-from tracer.viewpoint.sight import sight_of
-from tracer.viewpoint.subject import open_subject
+from tracer.viewpoint.observation import sight_of
+from tracer.viewpoint.surfaces import open_subject
 from tracer.viewpoint.survey import survey
 
 from ..conftest import mesh_scene

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tracer.viewpoint.measures import get
-from tracer.viewpoint.sight import Picture, Sight
+from tracer.viewpoint.observation import Picture, Sight
 
 
 def sight(mask):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tracer.viewpoint.measures import get, stability
-from tracer.viewpoint.sight import Picture, Sight
+from tracer.viewpoint.observation import Picture, Sight
 
 SUBJECT = SimpleNamespace(count=4)
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tracer.viewpoint.gauge import Gauge, stand
+from tracer.viewpoint.direction_measure import Gauge, stand
 from tracer.viewpoint.item_buffer import Rays
 from tracer.viewpoint.lens import Orthographic
 from tracer.viewpoint.reports.tour import goodness
-from tracer.viewpoint.subject import open_subject
+from tracer.viewpoint.surfaces import open_subject
 
 BESIDE = np.array([30.0, 0, 0])
 """The cube around the origin is seen from there in one direction only."""

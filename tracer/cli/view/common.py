@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
-    from tracer.viewpoint.reports.desk import Desk
+    from tracer.viewpoint.reports.context import Desk
 
 Three = tuple[float, float, float]
 Source = Annotated[
@@ -67,10 +67,10 @@ def desk(
     """Check the output, open the source, and yield where everything is laid out, with a progress bar."""
     import numpy as np
 
-    from tracer import backend
     from tracer.cli.progress import steps
+    from tracer.core import backend
     from tracer.errors import SettingsError
-    from tracer.files import prepare_folder
+    from tracer.io.exr import prepare_folder
 
     if distance is not None and not 0 < distance < float("inf"):
         raise SettingsError(f"The distance must be positive, not {distance:g}.")
@@ -79,10 +79,10 @@ def desk(
     if up is not None and not 1e-100 < max(map(abs, up)) < 1e100:
         raise SettingsError("What is upwards must have a direction and a sensible length; give 0 0 1, for example.")
     backend.activate()
-    from tracer.viewpoint.gauge import stand
+    from tracer.viewpoint.direction_measure import stand
     from tracer.viewpoint.item_buffer import Rays
     from tracer.viewpoint.rendered import require_light
-    from tracer.viewpoint.reports.desk import Desk
+    from tracer.viewpoint.reports.context import Desk
     from tracer.viewpoint.source import Crystal, open_source
 
     opened = open_source(source, surfaces, Crystal(repeat, cut, atom_radius))

@@ -23,10 +23,10 @@ def report(
     """
     from importlib.resources import as_file, files
 
-    from tracer import backend
     from tracer.cli.progress import steps
+    from tracer.core import backend
     from tracer.errors import SceneError
-    from tracer.files import prepare_folder
+    from tracer.io.exr import prepare_folder
 
     for name in ("meshes", "molecules"):
         if not (public / name).is_dir():

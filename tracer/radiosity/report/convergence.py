@@ -11,15 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from tracer.radiosity.cut import cut
-from tracer.radiosity.gather import gather
+from tracer.radiosity.gathering import solve
 from tracer.radiosity.groups import Groups, Points, alone, neighbours
 from tracer.radiosity.guide import Guidance, division_for, make_guide
 from tracer.radiosity.hemisphere import Division, Kind, See
+from tracer.radiosity.irradiance import gather
 from tracer.radiosity.lattice import evenly
+from tracer.radiosity.meshing import cut
 from tracer.radiosity.patches import Patches, by_face
 from tracer.radiosity.report.scenes import Example
-from tracer.radiosity.solve import solve
 from tracer.radiosity.strata import Strata
 from tracer.radiosity.warp import warped
 

@@ -9,9 +9,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from tracer.core.device import upload
+from tracer.image.metrics import encode_srgb
 from tracer.radiosity.report.convergence import METHODS, Curve, Method, Place, once
-from tracer.score import encode_srgb
-from tracer.upload import upload
 
 Floats = NDArray[np.float64]
 SHOWN = ("evenly", "each for itself, strata", "distinct, strata", "distinct, warp", "entropy, warp", "deviation, warp")

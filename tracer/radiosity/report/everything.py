@@ -7,8 +7,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from tracer.files import whole as whole_file
-from tracer.files import write_text
+from tracer.io.exr import whole as whole_file
+from tracer.io.exr import write_text
 from tracer.radiosity.report import drawn, whole
 from tracer.radiosity.report.convergence import RAYS, SEEDS, Curve, measure, prepare, rows
 from tracer.radiosity.report.scenes import examples

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from tracer.radiosity.gather import gather
 from tracer.radiosity.guide import Guidance, division_for
+from tracer.radiosity.irradiance import gather
 from tracer.radiosity.lattice import evenly
 from tracer.radiosity.report.convergence import Place, gain, guided
 

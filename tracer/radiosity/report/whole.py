@@ -10,12 +10,12 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.radiosity.cut import cut
+from tracer.radiosity.gathering import solve
 from tracer.radiosity.guide import Guidance
+from tracer.radiosity.meshing import cut
 from tracer.radiosity.report.convergence import gain
 from tracer.radiosity.report.scenes import Example
-from tracer.radiosity.shoot import shoot
-from tracer.radiosity.solve import solve
+from tracer.radiosity.shooting import shoot
 
 Floats = NDArray[np.float64]
 SEEDS = 4

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tracer import backend
-from tracer.files import whole, write_text
+from tracer.core import backend
+from tracer.io.exr import whole, write_text
 from tracer.study.cluster import measure, model
 from tracer.study.cluster.measure import Pair
 from tracer.study.cluster.model import Constants

@@ -14,14 +14,14 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from tracer.cluster.hire import hire
-from tracer.fingerprint import fingerprint
-from tracer.loop import render_view
+from tracer.cluster.remote_drawer import hire
 from tracer.result import Result
-from tracer.scene import open_scene
+from tracer.scene.fingerprint import fingerprint
+from tracer.scene.view import open_scene
+from tracer.session.render_loop import render_view
+from tracer.session.terms import Terms
 from tracer.settings import make_settings
 from tracer.study.cluster.model import Constants
-from tracer.terms import Terms
 
 Told = Callable[[str], None]
 SIZE = (512, 512)

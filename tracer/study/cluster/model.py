@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from tracer.cluster.regions import LEAST_SECONDS, MOST_SECONDS, SCHEDULER_SECONDS, UNITS_PER_WORKER
-from tracer.rounds import round_goals
+from tracer.adaptive.schedule import round_goals
+from tracer.cluster.work_balancer import LEAST_SECONDS, MOST_SECONDS, SCHEDULER_SECONDS, UNITS_PER_WORKER
 from tracer.settings import make_settings
 
 NETWORK = 1.25e9

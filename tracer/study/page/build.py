@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from tracer.study.page.encode import encode_counts, encode_picture, reduce
 from tracer.study.page.plots import convergence
 from tracer.study.page.scene import ScenePictures, Shown
-from tracer.study.picture import relative_error, write_panels
+from tracer.study.panels import relative_error, write_panels
 from tracer.study.records import Row, SceneFacts
 from tracer.study.results import Results
 from tracer.study.tables import HEADINGS, bounds, cells, legend
@@ -158,6 +158,6 @@ def colours() -> str:
 
 def write_page(path: Path, results: Results, pictures: Sequence[ScenePictures]) -> None:
     """Write the page to a file."""
-    from tracer.files import write_text
+    from tracer.io.exr import write_text
 
     write_text(path, build_page(results, pictures))

@@ -7,8 +7,8 @@ from dataclasses import asdict
 from importlib.resources import files as package_files
 from pathlib import Path
 
-from tracer import backend
-from tracer.files import whole, write_text
+from tracer.core import backend
+from tracer.io.exr import whole, write_text
 from tracer.study.production import noise, overhead
 from tracer.study.run import StepCallback
 from tracer.study.tables import markdown_table

@@ -11,9 +11,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from tracer import objective
-from tracer.loop import render_view
-from tracer.scene import View, open_scene
+from tracer.image import objective
+from tracer.scene.view import View, open_scene
+from tracer.session.render_loop import render_view
 from tracer.settings import Settings, make_settings
 from tracer.study.methods import Setting
 from tracer.study.reference import make_reference

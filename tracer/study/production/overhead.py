@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from tracer import live
-from tracer.checkpoint import Keeper
-from tracer.loop import render_view
-from tracer.scene import View, open_scene
+from tracer.scene.view import View, open_scene
+from tracer.session.checkpoint import Keeper
+from tracer.session.render_loop import render_view
+from tracer.session.terms import Terms
 from tracer.settings import make_settings
-from tracer.terms import Terms
 
 Told = Callable[[str], None]
 WIDTH = 512
@@ -121,7 +121,7 @@ def limited(name: str, path: Path, told: Told) -> list[Limited]:
 
 def mean_samples(path: Path) -> float:
     """Return the mean samples per pixel of a picture."""
-    from tracer.files import read_exr
+    from tracer.io.exr import read_exr
 
     names, values, _ = read_exr(path)
     return float(values[..., names.index("samples.Y")].mean())

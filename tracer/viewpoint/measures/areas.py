@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from tracer import complexity
+from tracer.complexity import measures
 from tracer.viewpoint.measures.registry import measure
-from tracer.viewpoint.sight import Sight
+from tracer.viewpoint.observation import Sight
 
 
 @measure("visible", "most")
@@ -24,7 +24,7 @@ def projected_area(sight: Sight) -> float:
 @measure("viewpoint_complexity", "most")
 def viewpoint_complexity(sight: Sight) -> float:
     """Return C(V) of the paper (section 3.1), 0 to 2: the share of surfaces that are seen, and that of the image."""
-    return float(complexity.viewpoint_complexity(sight.projected, sight.subject.count, sight.image_area))
+    return float(measures.viewpoint_complexity(sight.projected, sight.subject.count, sight.image_area))
 
 
 @measure("visibility_ratio", "most", "areas")
@@ -40,7 +40,7 @@ def entropy(sight: Sight) -> float:
     areas = sight.projected
     if sight.background:
         areas = np.append(areas, max(sight.image_area - sight.total, 0.0))
-    return float(complexity.entropy(areas))
+    return float(measures.entropy(areas))
 
 
 @measure("kullback_leibler", "least", "areas")

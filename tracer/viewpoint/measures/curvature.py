@@ -7,10 +7,10 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer import complexity
+from tracer.complexity import measures
 from tracer.viewpoint.measures.registry import measure
-from tracer.viewpoint.sight import Sight
-from tracer.viewpoint.subject import Mesh
+from tracer.viewpoint.observation import Sight
+from tracer.viewpoint.surfaces import Mesh
 
 Floats = NDArray[np.float64]
 BINS = 256
@@ -48,4 +48,4 @@ def curvature_entropy(sight: Sight) -> float:
     they sum to 1. 0 where no vertex is seen.
     """
     assert sight.vertices is not None
-    return float(complexity.entropy(np.bincount(classes(sight.subject.mesh)[sight.vertices], minlength=BINS)))
+    return float(measures.entropy(np.bincount(classes(sight.subject.mesh)[sight.vertices], minlength=BINS)))

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from tracer.viewpoint.measures.areas import projected_area
 from tracer.viewpoint.measures.registry import measure
-from tracer.viewpoint.sight import Sight
+from tracer.viewpoint.observation import Sight
 
 BINS = 256
 

@@ -8,11 +8,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer import complexity
+from tracer.complexity import measures
 from tracer.viewpoint.channel import Channel
 from tracer.viewpoint.measures.areas import divergence
 from tracer.viewpoint.measures.registry import measure
-from tracer.viewpoint.sight import Sight
+from tracer.viewpoint.observation import Sight
 
 Floats = NDArray[np.float64]
 
@@ -44,7 +44,7 @@ def information_2(sight: Sight) -> float:
     """
     if not len(sight.surfaces):
         return float("inf")
-    return channel_of(sight).surface_entropy - float(complexity.entropy(sight.projected))
+    return channel_of(sight).surface_entropy - float(measures.entropy(sight.projected))
 
 
 @measure("information_3", "most", "channel")

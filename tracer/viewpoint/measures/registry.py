@@ -14,7 +14,7 @@ from functools import cache
 from typing import Literal
 
 from tracer.errors import SettingsError
-from tracer.viewpoint.sight import Sight
+from tracer.viewpoint.observation import Sight
 
 Best = Literal["most", "least"]
 Need = Literal["picture", "channel", "saliency", "neighbours", "vertices", "areas"]

@@ -7,7 +7,7 @@ import numpy as np
 from tracer.viewpoint.measures.areas import divergence
 from tracer.viewpoint.measures.information import channel_of, sums_with
 from tracer.viewpoint.measures.registry import measure
-from tracer.viewpoint.sight import Sight
+from tracer.viewpoint.observation import Sight
 
 
 @measure("visible_saliency", "most", "channel", "saliency")

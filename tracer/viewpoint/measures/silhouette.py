@@ -8,9 +8,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer import complexity
+from tracer.complexity import measures
 from tracer.viewpoint.measures.registry import measure
-from tracer.viewpoint.sight import Sight
+from tracer.viewpoint.observation import Sight
 
 Floats = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ def silhouette_length(sight: Sight) -> float:
 def silhouette_entropy(sight: Sight) -> float:
     """Return the entropy in bits of the turns, in classes of 45 degrees."""
     found = turns(sight)
-    return float(complexity.entropy(np.bincount(np.rint(found / (np.pi / 4)).astype(int) % 8, minlength=8)))
+    return float(measures.entropy(np.bincount(np.rint(found / (np.pi / 4)).astype(int) % 8, minlength=8)))
 
 
 @measure("silhouette_curvature", "most", "picture")

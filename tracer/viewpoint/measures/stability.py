@@ -7,9 +7,9 @@ import bz2
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer import complexity
+from tracer.complexity import measures
 from tracer.viewpoint.measures.registry import measure
-from tracer.viewpoint.sight import Sight
+from tracer.viewpoint.observation import Sight
 
 SIMILAR = 0.87
 """Depth images that compress together to less are alike."""
@@ -39,8 +39,8 @@ def jensen_shannon(one: Sight, other: Sight) -> float:
     both = np.zeros(one.subject.count)
     both[one.surfaces] += one.projected
     both[other.surfaces] += other.projected
-    own = sum(each.total * float(complexity.entropy(each.projected)) for each in (one, other))
-    return max(float(complexity.entropy(both)) - own / total, 0.0)
+    own = sum(each.total * float(measures.entropy(each.projected)) for each in (one, other))
+    return max(float(measures.entropy(both)) - own / total, 0.0)
 
 
 @measure("depth_stability", "most", "picture", "neighbours")

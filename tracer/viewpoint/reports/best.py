@@ -8,13 +8,13 @@ from typing import Literal
 
 import numpy as np
 
-from tracer import files
+from tracer.core.sphere import icosphere
 from tracer.errors import SceneError
+from tracer.io import exr
 from tracer.viewpoint import measures, plots
 from tracer.viewpoint.camera import write_sensors
-from tracer.viewpoint.reports.desk import Desk, name_direction, number, require_sight
+from tracer.viewpoint.reports.context import Desk, name_direction, number, require_sight
 from tracer.viewpoint.search import Found, exhaustive_search, paper_search
-from tracer.viewpoint.sphere import icosphere
 
 FILES = ("best.png", "sphere.png", "camera.xml", "best.json")
 HEADINGS = ("search", "view", "value", "views", "seconds")
@@ -63,7 +63,7 @@ def best(
     way = np.array([place for place, _ in found[searches[0]].steps])
     plots.sphere_plot(desk.folder / "sphere.png", [name], directions, triangles, [values], desk.stand.up, way, [marks])
     view = desk.stand.viewpoints(winner.direction[None])
-    files.write_png(desk.folder / "best.png", desk.pictures(view, PICTURE)[0])
+    exr.write_png(desk.folder / "best.png", desk.pictures(view, PICTURE)[0])
     write_sensors(desk.folder / "camera.xml", view, desk.stand.lens, clip=desk.stand.clip)
     report = {
         "measure": name,
@@ -76,5 +76,5 @@ def best(
         "stderr": float(gauge.estimate(view).stderr[0]) if gauge.estimated else None,
         "searches": [dict(zip(HEADINGS, line, strict=True)) for line in lines],
     }
-    files.write_text(desk.folder / "best.json", json.dumps(report, indent=1) + "\n")
+    exr.write_text(desk.folder / "best.json", json.dumps(report, indent=1) + "\n")
     return lines

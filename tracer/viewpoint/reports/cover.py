@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from tracer import files
+from tracer.core.sphere import icosphere
+from tracer.io import exr
 from tracer.viewpoint import plots
 from tracer.viewpoint.camera import write_sensors
 from tracer.viewpoint.cover import Cover, Rule, cover
-from tracer.viewpoint.reports.desk import Desk, csv, name_direction, require_sight
-from tracer.viewpoint.sphere import icosphere
+from tracer.viewpoint.reports.context import Desk, csv, name_direction, require_sight
 
 FILES = ("views.png", "sphere.png", "views.csv", "cameras.xml")
 HEADINGS = ("view", "from", "shown well")
@@ -48,7 +48,7 @@ def cover_report(
         desk.folder / "sphere.png", [title], directions, triangles, [nearest], desk.stand.up, marks=[marks]
     )
     rows = [[k + 1, *direction, share] for k, (direction, share) in enumerate(zip(chosen, found.covered, strict=True))]
-    files.write_text(desk.folder / "views.csv", csv(("view", "x", "y", "z", "shown_well"), rows))
+    exr.write_text(desk.folder / "views.csv", csv(("view", "x", "y", "z", "shown_well"), rows))
     write_sensors(desk.folder / "cameras.xml", views[found.chosen], desk.stand.lens, clip=desk.stand.clip)
     lines = [[str(k + 1), name, share] for k, (name, share) in enumerate(zip(names, shares, strict=True))]
     return lines, found

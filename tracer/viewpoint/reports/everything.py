@@ -15,23 +15,23 @@ import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer import files
-from tracer.backend import activate
+from tracer.core.backend import activate
+from tracer.core.sphere import evenly, icosphere
+from tracer.io import exr
 from tracer.viewpoint import fast, measures, plots
 from tracer.viewpoint.cover import Rule, cover
-from tracer.viewpoint.fewest import fewest_views
-from tracer.viewpoint.gauge import stand
+from tracer.viewpoint.direction_measure import stand
 from tracer.viewpoint.item_buffer import MOST_RAYS, Rays, projected_areas, trace
+from tracer.viewpoint.minimum_cover import fewest_views
 from tracer.viewpoint.reports.best import best
 from tracer.viewpoint.reports.complexity_map import complexity_map, view_from
+from tracer.viewpoint.reports.context import Desk, Told
 from tracer.viewpoint.reports.cover import cover_report
-from tracer.viewpoint.reports.desk import Desk, Told
 from tracer.viewpoint.reports.measure import measure
 from tracer.viewpoint.reports.page import to_markdown
 from tracer.viewpoint.reports.tour import tour
 from tracer.viewpoint.search import Found, Valued, exhaustive_search, paper_search
 from tracer.viewpoint.source import Crystal, Opened, open_source
-from tracer.viewpoint.sphere import evenly, icosphere
 from tracer.viewpoint.survey import survey
 
 Floats = NDArray[np.float64]
@@ -81,8 +81,8 @@ def everything(public: Path, scenes: Path, folder: Path, told: Told) -> list[str
         if told(heading, k, len(parts)) is False:
             raise KeyboardInterrupt
         sections[heading] = part()
-    files.write_text(folder / "results.json", json.dumps(sections, indent=1) + "\n")
-    files.write_text(folder / "results.md", to_markdown(sections))
+    exr.write_text(folder / "results.json", json.dumps(sections, indent=1) + "\n")
+    exr.write_text(folder / "results.md", to_markdown(sections))
     return list(sections)
 
 

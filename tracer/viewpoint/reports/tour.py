@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer import files
+from tracer.core.sphere import angle, icosphere
+from tracer.io import exr
 from tracer.viewpoint import plots
 from tracer.viewpoint.camera import write_sensors
-from tracer.viewpoint.gauge import Gauge
-from tracer.viewpoint.reports.desk import Desk, csv, name_direction, number, require_sight
+from tracer.viewpoint.direction_measure import Gauge
+from tracer.viewpoint.reports.context import Desk, csv, name_direction, number, require_sight
 from tracer.viewpoint.search import exhaustive_search
-from tracer.viewpoint.sphere import angle, icosphere
 from tracer.viewpoint.tour import carried, explore, smooth
 
 Floats = NDArray[np.float64]
@@ -52,7 +52,7 @@ def tour(desk: Desk, name: str, steps: int, step: float, frames: int, size: int)
     for k in range(frames):
         desk.say("frames", k, frames)
         picture = desk.pictures(film[k : k + 1], size)[0]
-        files.write_png(desk.folder / f"frame{k:04d}.png", picture)
+        exr.write_png(desk.folder / f"frame{k:04d}.png", picture)
         pictures.append(np.rint(np.clip(picture, 0, 1) * 255).astype(np.uint8))
     write_film(desk.folder / "tour.webp", pictures)
     for old in desk.folder.glob("frame[0-9][0-9][0-9][0-9].png"):
@@ -63,7 +63,7 @@ def tour(desk: Desk, name: str, steps: int, step: float, frames: int, size: int)
     far = np.degrees(angle(found.directions, found.directions[0]))
     table = list(zip(found.directions, shown, found.weights, far, strict=True))
     rows = [[k, *place, value, weight, distance] for k, (place, value, weight, distance) in enumerate(table)]
-    files.write_text(desk.folder / "path.csv", csv(("step", "x", "y", "z", "value", "weight", "degrees"), rows))
+    exr.write_text(desk.folder / "path.csv", csv(("step", "x", "y", "z", "value", "weight", "degrees"), rows))
     return [
         [str(k), name_direction(place, up), number(value), number(weight), f"{distance:.0f}°"]
         for k, (place, value, weight, distance) in enumerate(table)
@@ -91,7 +91,7 @@ def write_film(path: Any, pictures: list[NDArray[np.uint8]]) -> None:
 
     images = [Image.fromarray(picture) for picture in pictures]
     images += images[-2:0:-1]
-    with files.whole(path) as temporary:
+    with exr.whole(path) as temporary:
         images[0].save(
             temporary, save_all=True, append_images=images[1:], duration=1000 // FRAMES_PER_SECOND, loop=0, quality=80
         )

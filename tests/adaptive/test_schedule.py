@@ -1,0 +1,71 @@
+"""Rounds add up and grow slowly; passes are even and of the sizes that are meant."""
+
+import itertools
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tracer.adaptive.schedule import GROWTH, PASS_SIZES, PRIORITY_GROWTH, even_pass, next_pass_size, round_goals
+from tracer.settings import make_settings
+
+
+@given(spp=st.integers(1, 5000), pixels=st.integers(1, 10**7), unbiased=st.booleans())
+def test_goals_end_at_the_budget_and_grow_slowly(spp, pixels, unbiased):
+    goals = round_goals(make_settings(spp=spp, unbiased=unbiased), True, pixels)
+    assert goals[-1] == spp * pixels
+    assert goals == sorted(goals)
+    if len(goals) > 1 and not unbiased:
+        assert goals[0] == 4 * pixels
+        assert all(after <= GROWTH**1.5 * before + 1 for before, after in itertools.pairwise(goals))
+    if unbiased and len(goals) > 1:
+        assert len(goals) == 3
+        assert goals[1] <= goals[2] / 8
+
+
+@given(spp=st.integers(8, 5000))
+def test_a_larger_budget_begins_in_the_same_way(spp):
+    goals, more = (round_goals(make_settings(spp=budget), True, 10) for budget in (spp, 2 * spp))
+    assert more[: len(goals) - 1] == goals[:-1]
+
+
+def test_a_limit_of_time_begins_with_one_sample():
+    assert round_goals(make_settings(time=10.0, spp=16), True, 10) == [10, 40, 80, 160]
+    assert round_goals(make_settings(time=10.0, spp=16, pilot_spp=1), True, 10) == [10, 20, 40, 80, 160]
+    assert round_goals(make_settings(noise=0.1, spp=16), False, 10) == [40, 80, 160]
+
+
+def test_a_criterion_without_radiance_has_one_round():
+    assert round_goals(make_settings(spp=64), False, 100) == [6400]
+
+
+@given(left=st.integers(1, 10**9), size=st.sampled_from(PASS_SIZES))
+def test_passes_are_even(left, size):
+    taken = even_pass(left, size)
+    assert 1 <= taken <= min(left, PASS_SIZES[-1])
+    assert taken <= 1.5 * size
+    assert taken >= min(left, 0.5 * size)
+
+
+@pytest.mark.parametrize(("rate", "size"), [(1e4, 0), (1e6, 0), (2e6, 1), (1e8, 2)])
+def test_pass_size_follows_the_rate(rate, size):
+    assert next_pass_size(rate) == PASS_SIZES[size]
+
+
+def test_a_budget_that_leaves_nothing_to_decide_has_one_round():
+    assert round_goals(make_settings(spp=7), True, 10) == [70]
+    assert round_goals(make_settings(spp=8), True, 10) == [40, 80]
+
+
+def test_only_the_last_round_grows_by_something_else():
+    assert round_goals(make_settings(spp=12), True, 1) == [4, 8, 12]
+    assert round_goals(make_settings(spp=11), True, 1) == [4, 11]
+
+
+def test_by_priority_a_few_are_served_in_a_round():
+    """Those that are served double what they have."""
+    assert 0.1 < PRIORITY_GROWTH - 1 < 0.5
+
+
+def test_no_pass_is_larger_than_the_largest():
+    assert even_pass(1000, 900, 400) == 334  # in three, as in two they would have 500

@@ -1,0 +1,70 @@
+"""Workers open a scene and compile what it needs while the client does so itself."""
+
+import logging
+import time
+from pathlib import Path
+
+import pytest
+from dask.distributed import get_worker
+
+from tracer import scenes
+from tracer.cluster import connection
+from tracer.cluster.connection import Crew
+from tracer.cluster.remote_drawer import hire
+from tracer.errors import SceneMissingError
+from tracer.scene.fingerprint import fingerprint
+
+SCENE = Path(scenes.__file__).parent / "spheres_and_rods.xml"
+LONGEST = 300
+"""Seconds for what takes one or two."""
+
+
+def kernels():
+    """Return, on a worker, the scene that is open and how often it was traced for drawing."""
+    from tracer.cluster.worker_scene import Stage
+
+    if Stage.current is None:
+        return None
+    drawers = Stage.current.drawers.values()
+    return Stage.current.setup.scene_hash, [drawer.record.record.n_recordings for drawer in drawers]
+
+
+def test_workers_are_warm_before_there_is_a_unit(two_workers):
+    scene_hash = fingerprint(SCENE)
+    with hire(two_workers) as hired:
+        hired(SCENE, scene_hash, None, 0, integrator=None, size=19, crop=None)
+        deadline = time.monotonic() + LONGEST
+        while not all(is_warm(found, scene_hash) for found in two_workers.run(kernels).values()):
+            assert time.monotonic() < deadline
+            time.sleep(0.1)
+
+
+def is_warm(found, scene_hash):
+    """Return whether a worker has this scene open, and has traced it."""
+    return found is not None and found[0] == scene_hash and bool(found[1]) and found[1][0] > 0
+
+
+def fail(setup):
+    raise ValueError(f"there is no room on {get_worker().address}")
+
+
+def miss(setup):
+    raise SceneMissingError("not here")
+
+
+@pytest.mark.parametrize(("work", "messages"), [(fail, 2), (miss, 0)])
+def test_what_goes_wrong_is_logged_unless_the_first_unit_raises_it(two_workers, monkeypatch, caplog, work, messages):
+    monkeypatch.setattr(connection, "prepare", work)
+    called = []
+    log_failure = connection.log_failure
+    monkeypatch.setattr(connection, "log_failure", lambda future: (log_failure(future), called.append(future)))
+    workers = Crew(two_workers, "")
+    with caplog.at_level(logging.WARNING):
+        workers.begin(None)
+        deadline = time.monotonic() + LONGEST
+        while len(called) < 2:
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+    logged = [record.getMessage() for record in caplog.records if record.name == connection.__name__]
+    assert len(set(logged)) == messages
+    assert all("ValueError: there is no room on tcp://" in message for message in logged)

@@ -1,0 +1,179 @@
+"""Features and denoising of a render: along its own rays, in every kind of film."""
+
+import itertools
+import math
+
+import mitsuba as mi
+import numpy as np
+import pytest
+from scipy.ndimage import uniform_filter
+
+import tracer
+from conformance.cases import FILTERS
+from tracer.denoising import postprocess
+from tracer.denoising.refilter import evaluate
+from tracer.errors import DenoiseError
+from tracer.film.estimate import Statistics
+from tracer.film.features import Features
+from tracer.image import metrics
+from tracer.image.metrics import luminance
+from tracer.io import exr
+from tracer.scene.view import open_scene
+from tracer.session.output import metadata
+
+
+def test_features_are_layers(cornell, tmp_path):
+    result = tracer.render(cornell(), spp=8, features=True)
+    seen = result.seen
+    assert seen.features.albedo.shape == (16, 24, 3)
+    assert 0 < seen.features.depth.max() < 10
+    assert len(seen.shape_names) >= seen.shapes.max() > 1
+    exr.write_result(tmp_path / "out.exr", result, metadata(result, "abc"))
+    names, values, own = exr.read_exr(tmp_path / "out.exr")
+    assert values[..., names.index("depth.Z")] == pytest.approx(seen.features.depth)
+    assert np.array_equal(values[..., names.index("shape.Y")], seen.shapes)
+    assert values[..., [names.index(f"normal.{c}") for c in "XYZ"]] == pytest.approx(seen.features.normal)
+    assert "floor" in own["shapes"]
+
+
+@pytest.mark.parametrize("pixel_format", ["rgb", "rgba", "xyza", "luminance_alpha"])
+def test_denoised_and_noisy_are_both_there(cornell, pixel_format):
+    scene = cornell(size=(96, 64), pixel_format=pixel_format)
+    noisy = tracer.render(scene, spp=4, criterion="uniform", seed=2)
+    result = tracer.render(scene, spp=4, criterion="uniform", seed=2, denoise=True)
+    colours = result.noisy.shape[-1]
+    assert np.array_equal(result.noisy, noisy.image[..., :colours])
+    assert np.array_equal(result.image[..., colours:], noisy.image[..., colours:])  # alpha
+    assert result.image.shape == noisy.image.shape
+    reference = tracer.render(scene, spp=256, criterion="uniform", seed=9).image
+    errors = [np.median(abs(each.image - reference)[32:, :, :colours]) for each in (noisy, result)]
+    assert errors[1] < 0.6 * errors[0]
+    assert result.image[..., :colours].mean() == pytest.approx(noisy.image[..., :colours].mean(), rel=0.06)
+
+
+def test_grey_and_coloured_films_are_denoised_alike(cornell):
+    found = [
+        tracer.render(cornell(pixel_format=name), spp=8, criterion="uniform", denoise=True).image
+        for name in ("rgb", "luminance")
+    ]
+    assert found[1][..., 0] == pytest.approx(luminance(found[0]), rel=0.15, abs=0.1)
+
+
+def test_what_is_denoised_is_the_unbiased_picture(cornell):
+    settings = {"spp": 64, "unbiased": True, "seed": 4}
+    result = tracer.render(cornell(), denoise=True, crop=(4, 2, 12, 10), **settings)
+    assert result.image.shape == (10, 12, 3)
+    assert np.array_equal(result.noisy, tracer.render(cornell(), crop=(4, 2, 12, 10), **settings).image)
+
+
+def test_without_the_package_it_is_said_before_the_first_ray(cornell, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "mitsuba_oidn", None)
+
+    def drawn(now):
+        raise AssertionError
+
+    with pytest.raises(DenoiseError, match=r"pip install \"\.\[denoise\]"):
+        tracer.render(cornell(), spp=4, denoise=True, progress=drawn)
+
+
+SIDE, SAMPLES_A_SIDE = 40, 8
+
+
+def grey(x, y):
+    return np.full_like(x, 0.3)
+
+
+def disc(x, y):
+    return np.where((x - 17.3) ** 2 + (y - 20.6) ** 2 < 9.0, 1e4, 0.3)
+
+
+def small_lamps(x, y):
+    """Of one pixel each, across the borders of pixels, a hundred to ten thousand."""
+    at = [(6.2, 7.1, 1e2), (27.5, 9.4, 1e3), (12.8, 29.6, 1e4), (30.1, 31.9, 10.0)]
+    return sum((value * ((abs(x - u) < 0.5) & (abs(y - v) < 0.5)) for u, v, value in at), grey(x, y))
+
+
+def rods(x, y):
+    return np.where(((x + 0.3 * y) % 13.0 < 0.6) & (y > 6), 300.0, 0.3)
+
+
+def gradient(x, y):
+    return 0.05 + np.exp(4.0 * x / SIDE) / 10
+
+
+def dark_text(x, y):
+    return np.where((x % 4.0 < 1.0) & (y % 9.0 < 6.0), 0.02, 0.8)
+
+
+def simulated(truth, name, noise, fireflies=0.0):
+    """Return a picture through the filter ``name``, its standard errors and statistics, and the picture without noise.
+
+    Every pixel has as many samples, stratified, each with normal noise, a part of its radiance, and rare light.
+    """
+    random = np.random.default_rng(5)
+    cells = np.arange(SAMPLES_A_SIDE)
+    shape = (SAMPLES_A_SIDE, SAMPLES_A_SIDE, SIDE, SIDE)
+    u = (cells[:, None, None, None] + random.random(shape)) / SAMPLES_A_SIDE
+    v = (cells[:, None, None] + random.random(shape)) / SAMPLES_A_SIDE
+    column, row = np.arange(SIDE), np.arange(SIDE)[:, None]
+    exact = truth(column + u, row + v)
+    light = exact * (1.0 + noise * random.normal(size=shape)) + 50.0 * (random.random(shape) < fireflies)
+    flat = [each.reshape(-1, SIDE, SIDE) for each in (u, v, light, exact)]
+    mean, variance = flat[2].mean(axis=0), flat[2].var(axis=0, ddof=1)
+    rfilter = mi.load_dict({"type": name})
+    reach = 0 if name == "box" else math.ceil(rfilter.radius() - 0.5)
+    sums = np.zeros((4, SIDE, SIDE))
+    smooth = uniform_filter(variance, 7, mode="nearest") / SAMPLES_A_SIDE**2
+    for down, right in itertools.product(range(-reach, reach + 1), repeat=2):
+        across, along = (
+            np.ones_like(each)
+            if name == "box"
+            else evaluate(rfilter, (offset + 0.5 - each).ravel()).reshape(each.shape)
+            for offset, each in ((right, flat[0]), (down, flat[1]))
+        )
+        weight = across * along
+        parts = [(weight * flat[2]).mean(0), (weight * flat[3]).mean(0), weight.mean(0), weight.mean(0) ** 2 * smooth]
+        target = [slice(max(k, 0), SIDE + min(k, 0)) for k in (down, right)]
+        source = [slice(max(-k, 0), SIDE + min(-k, 0)) for k in (down, right)]
+        for total, part in zip(sums, parts, strict=True):
+            total[tuple(target)] += part[tuple(source)]
+    image, expected = sums[0] / sums[2], sums[1] / sums[2]
+    stderr = np.sqrt(sums[3]) / abs(sums[2])
+    count = np.full((SIDE, SIDE), SAMPLES_A_SIDE**2, np.uint32)
+    image, expected, stderr, mean, variance = (
+        np.repeat(each[..., None], 3, axis=-1).astype(np.float32) for each in (image, expected, stderr, mean, variance)
+    )
+    nothing = np.zeros((SIDE, SIDE, 0), np.float32)
+    return image, stderr, Statistics(count, 0 * count, mean, variance, 0 * count, nothing, nothing), expected
+
+
+def finished(cornell, monkeypatch, truth, name, noise, fireflies=0.0):
+    """Return the noisy, the denoised and the true picture."""
+    image, stderr, known, expected = simulated(truth, name, noise, fireflies)
+    same = np.full((SIDE, SIDE, 3), 0.5, np.float32)
+    monkeypatch.setattr(postprocess, "draw_features", lambda *_, **__: Features(same, same, same[..., 0]))
+    with open_scene(cornell((SIDE, SIDE), name)) as view:
+        found = postprocess.without_noise(view, None, 0, image, stderr, known, 1.0)
+    return image, found, expected
+
+
+@pytest.mark.parametrize("name", FILTERS)
+@pytest.mark.parametrize("truth", [disc, small_lamps, rods, dark_text, gradient])
+def test_denoised_is_no_worse_than_noisy_and_as_bright(cornell, monkeypatch, truth, name):
+    noisy, found, expected = finished(cornell, monkeypatch, truth, name, noise=0.3)
+    # Where nearly every pixel has detail as fine as a pixel, so clean a picture loses some of it.
+    most = 2.2 if truth in (rods, dark_text) else 1.1
+    assert metrics.relative_mse(found, expected) < most * metrics.relative_mse(noisy, expected)
+    assert float(found.mean()) == pytest.approx(float(noisy.mean()), rel=0.01)
+
+
+@pytest.mark.parametrize("name", FILTERS)
+@pytest.mark.parametrize("fireflies", [0.0, 1e-4])
+@pytest.mark.parametrize("truth", [grey, gradient])
+def test_noise_and_fireflies_go(cornell, monkeypatch, truth, name, fireflies):
+    noisy, found, expected = finished(cornell, monkeypatch, truth, name, noise=1.0, fireflies=fireflies)
+    # Filters with negative lobes have noise of which standard errors do not know.
+    most = 0.85 if name in ("mitchell", "catmullrom", "lanczos") else 0.35
+    assert metrics.relative_mse(found, expected) < most * metrics.relative_mse(noisy, expected)
+    off = abs(float(noisy.mean()) / float(expected.mean()) - 1)
+    assert float(found.mean()) == pytest.approx(float(expected.mean()), rel=0.01 + off)

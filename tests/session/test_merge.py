@@ -1,0 +1,67 @@
+"""Merged checkpoints are the mean of their pictures by counts; the same samples twice are refused."""
+
+import numpy as np
+import pytest
+
+import tracer
+from tracer.errors import CheckpointError
+from tracer.session.merge import merge
+
+
+def part(cornell, path, seed, **settings):
+    return tracer.render(cornell(filter_name="box"), checkpoint=path, seed=seed, **{"spp": 8} | settings)
+
+
+def test_a_merge_is_the_mean_by_counts(cornell, tmp_path):
+    paths = [tmp_path / f"{k}.ckpt" for k in range(3)]
+    budgets = zip(paths, (1, 2, 3), (8, 16, 40), strict=True)
+    parts = [part(cornell, path, seed, spp=spp, criterion="shape_entropy") for path, seed, spp in budgets]
+    result, whole = merge(paths, tmp_path / "all.ckpt")
+    counts = np.stack([each.samples for each in parts]).astype(np.float64)
+    images = np.stack([each.image for each in parts])
+    expected = (images * counts[..., None]).sum(axis=0) / counts.sum(axis=0)[..., None]
+    assert np.array_equal(result.samples, counts.sum(axis=0))
+    assert result.image == pytest.approx(expected, rel=1e-5, abs=1e-7)
+    assert whole.sources == ["seed 1", "seed 2", "seed 3"]
+    assert result.report.settings.spp == 64
+    assert result.stderr.mean() < min(each.stderr.mean() for each in parts)
+
+
+def test_merges_merge(cornell, tmp_path):
+    paths = [tmp_path / f"{k}.ckpt" for k in range(3)]
+    for seed, path in enumerate(paths):
+        part(cornell, path, seed)
+    at_once, _ = merge(paths)
+    merge(paths[:2], tmp_path / "two.ckpt")
+    in_steps, _ = merge([tmp_path / "two.ckpt", paths[2]])
+    assert in_steps.image == pytest.approx(at_once.image, rel=1e-6, abs=1e-8)
+    assert np.array_equal(in_steps.samples, at_once.samples)
+    with pytest.raises(CheckpointError, match="is a merge"):
+        tracer.render(cornell(filter_name="box"), checkpoint=tmp_path / "two.ckpt", resume=True, seed=0, spp=8)
+    with pytest.raises(CheckpointError, match="seed 1"):
+        merge([tmp_path / "two.ckpt", paths[1]])
+
+
+def test_what_cannot_be_merged(cornell, tmp_path):
+    one, other, seven = tmp_path / "one.ckpt", tmp_path / "other.ckpt", tmp_path / "seven.ckpt"
+    part(cornell, one, 1)
+    part(cornell, other, 2, size=12)
+    part(cornell, seven, 1, spp=16)
+    with pytest.raises(CheckpointError, match="nothing to merge"):
+        merge([])
+    with pytest.raises(CheckpointError, match=r"not of the picture of .*size"):
+        merge([one, other])
+    with pytest.raises(CheckpointError, match=r"holds samples that are in those before it \(seed 1\)"):
+        merge([one, seven])
+    with pytest.raises(CheckpointError, match="no checkpoint"):
+        merge([one, tmp_path / "nothing.ckpt"])
+
+
+def test_a_filter_wider_than_a_pixel(cornell, tmp_path):
+    paths = [tmp_path / f"{seed}.ckpt" for seed in (1, 2)]
+    images = [
+        tracer.render(cornell(), checkpoint=path, seed=seed, spp=8, criterion="uniform").image
+        for seed, path in enumerate(paths, 1)
+    ]
+    found = merge(paths)[0].image
+    assert np.abs(found - np.mean(images, axis=0)).max() < 0.05 * np.abs(images[0] - images[1]).max()

@@ -1,0 +1,96 @@
+"""What the person wants more of: a mask or weight image, and weights of shapes. Both multiply every importance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+from skimage.transform import resize
+
+from tracer.complexity import pilot
+from tracer.core.device import upload
+from tracer.errors import ScoreError, SettingsError
+from tracer.io.images import read_values
+from tracer.scene.shape_names import find_shapes
+from tracer.scene.view import View
+from tracer.settings import Settings
+
+Floats = NDArray[np.float64]
+
+
+Note = Callable[[str], Any]
+"""Takes a sentence for the report."""
+
+
+def wanted(
+    view: View, settings: Settings, sampler: Any, importance: Any = None, note: Note = lambda text: None
+) -> Floats:
+    """Return what importance is multiplied by (grid), >= 0 and not zero everywhere.
+
+    ``importance``: an array (H, W) instead of the file that ``settings`` name; ``note`` hears if it had to be scaled.
+    Raises SettingsError.
+    """
+    whole = np.ones(view.grid)
+    if importance is None and settings.importance is not None:
+        importance = read_image(settings.importance)
+    if importance is not None:
+        values = check_image(importance)
+        if values.shape != view.size:
+            sizes = [f"{width} x {height}" for height, width in (values.shape, view.size)]
+            note(f"The importance is {sizes[0]} pixels and the picture {sizes[1]}: it was scaled.")
+        whole = whole * on_grid(view, values)
+    if settings.shape_weights:
+        table = weight_table(view, settings.shape_weights)
+        whole = whole * pilot.mean_over_shapes(view, sampler, settings.seed, settings.pilot_rays, table)
+    if not whole.any():
+        name = "shape_weights" if importance is None else "importance"
+        raise SettingsError(f"{name}: nothing is wanted, it is zero in every pixel; mark what matters with 1.")
+    return whole
+
+
+def read_image(path: str) -> Floats:
+    """Return the values of an image file (H, W) as they are, the mean of colours. Raises SettingsError."""
+    try:
+        return read_values(Path(path))
+    except ScoreError as error:
+        raise SettingsError(f"importance: {error}") from None
+
+
+def check_image(importance: Any) -> Floats:
+    """Return an importance image as floats (H, W). Raises SettingsError for one that is no image of weights."""
+    try:
+        values = np.asarray(importance, np.float64)
+    except (TypeError, ValueError):
+        raise SettingsError(f"importance: must be an image of numbers, not {type(importance).__name__}.") from None
+    if values.ndim == 3:
+        values = values.mean(axis=-1)
+    if values.ndim != 2 or values.size == 0:
+        raise SettingsError(f"importance: must be an image (height, width), not of shape {values.shape}.")
+    if not np.all(np.isfinite(values)) or values.min() < 0:
+        raise SettingsError("importance: every pixel must be finite and not negative.")
+    return values
+
+
+def on_grid(view: View, values: Floats) -> Floats:
+    """Return an image scaled to the picture, its edge repeated over the border of the film."""
+    if values.shape != view.size:
+        values = np.maximum(resize(values, view.size, order=1, anti_aliasing=True), 0.0)
+    return np.pad(values, view.border, mode="edge")
+
+
+def weight_table(view: View, weights: dict[str, float]) -> Any:
+    """Return weights of shapes as mi.Float, by Mitsuba's number of a shape; 1 for those not named."""
+    numbered = [
+        (int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))[0]), weights[name])
+        for name, shapes in find_shapes(view.scene, list(weights)).items()
+        for shape in shapes
+    ]
+    table = np.ones(max(number for number, _ in numbered) + 1)
+    for number, weight in numbered:
+        table[number] *= weight
+    return upload(mi.Float, table)

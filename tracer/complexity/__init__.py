@@ -1,0 +1,1 @@
+"""What cheap rays hit, and how complex that is."""

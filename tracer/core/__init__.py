@@ -1,0 +1,1 @@
+"""What everything else stands on: LLVM, arrays on the device, directions, hashes, words of messages."""

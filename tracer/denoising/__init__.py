@@ -1,0 +1,1 @@
+"""What is made of a picture when its samples are drawn."""

@@ -1,0 +1,67 @@
+"""What is made of a picture when all its samples are drawn: features of what is seen, and the picture without noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter
+
+from tracer.denoising.blend import blend, errors_of, share_of_noisy
+from tracer.denoising.oidn import denoise
+from tracer.denoising.outliers import find_outliers, own_errors, taken_out, within_reach
+from tracer.denoising.refilter import filter_share, refilter, untold_share
+from tracer.film.estimate import PRIOR_RADIUS, Statistics
+from tracer.film.features import Features, draw_features, shape_numbers
+from tracer.scene.view import View
+
+Singles = NDArray[np.float32]
+HEAVY = 2.0
+"""Times the noise that pixel means do not tell of: few samples hold much of it, and a mean square says too little."""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """Features, filtered as the picture is, and which shapes are seen."""
+
+    features: Features
+    shapes: NDArray[np.uint32]
+    """(H, W): number of the shape in the middle of each pixel, from 1; 0 for nothing."""
+    shape_names: list[str]
+
+
+def see(view: View, sampler: Any, seed: int, counts: NDArray[np.uint32]) -> Seen:
+    """Return what is seen along the rays of a picture that has ``counts`` (grid) samples of ``seed``."""
+    return Seen(draw_features(view, sampler, seed, counts), *shape_numbers(view))
+
+
+def without_noise(
+    view: View, sampler: Any, seed: int, image: Singles, stderr: Singles, known: Statistics, scale: float | None
+) -> Singles:
+    """Return a picture (H, W, C) with its colours denoised where that helps; alpha and AOVs stay. Raises DenoiseError.
+
+    Denoised is the mean of each pixel's own samples: through the film's filter neighbours share noise, and a denoiser
+    takes what they share for detail. The filter is made up for afterwards, and what that misses, as it cannot know
+    where in a pixel the light is, comes from the picture. What stands out stays as it was. ``stderr``: standard errors
+    of the picture, to be multiplied by ``scale`` if that was measured.
+    """
+    features = draw_features(view, sampler, seed, known.count, filtered=False)
+    inner, colours, rfilter = view.inner, view.colour_channels, view.film.rfilter()
+    count = known.count[inner]
+    values = np.where(count[..., None] > 0, known.mean[inner], image)[..., :colours]
+    own = np.maximum(view.rgb(own_errors(values, known.variance[inner][..., :colours], count)), 0.0)
+    noisy, mean = view.rgb(image), view.rgb(values)
+    outliers = find_outliers(mean, own, count)
+    calm = taken_out(mean, outliers)
+    clean, plain = (refilter(each, rfilter) for each in (denoise(calm, features.albedo, features.normal), calm))
+    stays = within_reach(mean, noisy, outliers, view.reach)
+    telling = ~maximum_filter(stays, 2 * PRIOR_RADIUS + 1)  # beyond it, standard errors know nothing of what stays
+    error = np.maximum(view.rgb(stderr), 0.0)
+    errors = errors_of(clean, error, own * filter_share(rfilter), scale, outliers.certain, telling)
+    detail = noisy - plain
+    untold = min(HEAVY * untold_share(rfilter), 1.0)
+    whole = clean + share_of_noisy(detail, errors, untold) * detail
+    mixed = np.where(stays[..., None], noisy, blend(noisy, whole, errors))
+    return np.concatenate([view.from_rgb(mixed), image[..., colours:]], axis=-1).astype(np.float32)

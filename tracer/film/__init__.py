@@ -1,0 +1,1 @@
+"""From samples to means, variances and a picture through any reconstruction filter."""

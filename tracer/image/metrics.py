@@ -1,0 +1,197 @@
+"""Error of an image against a reference: pure functions of two pictures, linear unless said otherwise.
+
+A picture is an array (H, W, 3), or a grey one (H, W) or (H, W, 1), which counts as three channels that are alike. Every
+error has the same rule for what can be compared, ``comparable``, and raises ScoreError for what cannot.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tracer.errors import ScoreError
+from tracer.image.objective import EPSILON
+
+Floats = NDArray[np.float64]
+LUMINANCE = np.array([0.212671, 0.715160, 0.072169])
+"""Weights of linear sRGB in luminance, those of ``mi.luminance``."""
+SSIM_WINDOW = 7
+"""Pixels a side of scikit-image's default window."""
+DARK, MOST_STOPS = 2e-7, 24.0
+"""Luminance of a black reference, and the largest exposure in stops that HDR-FLIP chooses. Where nothing is brighter it
+finds none, and ends the process."""
+TRIMMED = 0.001
+"""Share of the pixels, those with the largest errors, that the trimmed mean leaves out."""
+
+
+@dataclass(frozen=True)
+class Scores:
+    """All errors of one picture."""
+
+    mse: float
+    relative_mse: float
+    relative_mse_trimmed: float
+    psnr: float
+    """dB, as a screen shows both."""
+    ssim: float
+    """As a screen shows both; 1 for the same picture."""
+    flip: float
+    """Mean HDR-FLIP (Andersson et al. 2021); the reference alone chooses the exposures."""
+    bias: float
+    """Mean signed error of the luminance over the mean luminance of the reference."""
+
+
+def all_scores(image: ArrayLike, reference: ArrayLike) -> Scores:
+    """Return every error of ``image``, both (H, W, 3) or grey, in linear sRGB. Raises ScoreError (``comparable``)."""
+    image, reference = comparable(image, reference, least_side=SSIM_WINDOW)
+    return Scores(
+        mse(image, reference),
+        relative_mse(image, reference),
+        relative_mse_trimmed(image, reference),
+        psnr(image, reference),
+        ssim(image, reference),
+        flip(image, reference),
+        bias(image, reference),
+    )
+
+
+def luminance(image: ArrayLike) -> Floats:
+    """Return the luminance (H, W) of a linear image (H, W, 3) or (H, W, 1). Raises ScoreError for other channels."""
+    image = np.asarray(image, np.float64)
+    if image.ndim == 0 or image.shape[-1] not in (1, 3):
+        raise ScoreError(f"An image of shape {image.shape} has no luminance; give 3 channels, or 1 of a grey image.")
+    return image @ LUMINANCE if image.shape[-1] == 3 else image[..., 0]
+
+
+def mse(image: ArrayLike, reference: ArrayLike) -> float:
+    """Return the mean squared error over pixels and channels."""
+    image, reference = comparable(image, reference)
+    return float(np.mean((image - reference) ** 2))
+
+
+def relative_mse(image: ArrayLike, reference: ArrayLike, epsilon: float = EPSILON) -> float:
+    """Return the mean of the squared error over the reference's squared luminance plus ``epsilon``."""
+    image, reference = comparable(image, reference)
+    return float(np.mean((image - reference) ** 2 / relative_scale(reference, epsilon)[..., None]))
+
+
+def relative_scale(reference: ArrayLike, epsilon: float = EPSILON) -> Floats:
+    """Return what a squared error is divided by, (H, W): the squared luminance plus ``epsilon``."""
+    return luminance(reference) ** 2 + epsilon
+
+
+def relative_mse_trimmed(image: ArrayLike, reference: ArrayLike, share: float = TRIMMED) -> float:
+    """Return the same without the ``share`` of the pixels (at least one) that err most: fireflies decide it no more."""
+    image, reference = comparable(image, reference)
+    errors = ((image - reference) ** 2).mean(axis=-1) / relative_scale(reference)
+    kept = errors.size - max(1, round(share * errors.size))
+    return float(np.partition(errors.ravel(), kept - 1)[:kept].mean()) if kept > 0 else float(errors.mean())
+
+
+def bias(image: ArrayLike, reference: ArrayLike) -> float:
+    """Return the mean signed error of the luminance as a part of the reference's mean luminance."""
+    image, reference = comparable(image, reference)
+    mean = float(luminance(reference).mean())
+    return float(luminance(image - reference).mean()) / mean if mean else 0.0
+
+
+def flip(image: ArrayLike, reference: ArrayLike) -> float:
+    """Return the mean HDR-FLIP error, 0 to 1, at the authors' 67 pixels per degree and exposures from the reference."""
+    import flip_evaluator
+
+    image, reference = comparable(image, reference)
+    positive = [np.maximum(values, 0.0).astype(np.float32) for values in (reference, image)]
+    dark = luminance(positive[0]).max() < DARK
+    exposures = {"startExposure": MOST_STOPS, "stopExposure": MOST_STOPS} if dark else {}
+    return float(flip_evaluator.evaluate(*positive, "HDR", applyMagma=False, parameters=exposures)[1])
+
+
+def psnr(image: ArrayLike, reference: ArrayLike) -> float:
+    """Return the peak signal-to-noise ratio in dB of both images encoded as sRGB and clipped to [0, 1] (range 1)."""
+    image, reference = comparable(image, reference)
+    error = mse(encode_srgb(image), encode_srgb(reference))
+    return float("inf") if error == 0 else float(-10.0 * np.log10(error))
+
+
+def ssim(image: ArrayLike, reference: ArrayLike) -> float:
+    """Return scikit-image's structural similarity of both images encoded as sRGB and clipped to [0, 1] (range 1)."""
+    from skimage.metrics import structural_similarity
+
+    image, reference = comparable(image, reference, least_side=SSIM_WINDOW)
+    return float(structural_similarity(encode_srgb(image), encode_srgb(reference), data_range=1.0, channel_axis=-1))
+
+
+def encode_srgb(linear: ArrayLike) -> Floats:
+    """Return linear values clipped to [0, 1] and encoded with the sRGB curve (IEC 61966-2-1)."""
+    linear = np.clip(np.asarray(linear, np.float64), 0.0, 1.0)
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
+
+
+def decode_srgb(encoded: ArrayLike) -> Floats:
+    """Return the linear values of values in [0, 1] that are encoded with the sRGB curve."""
+    encoded = np.asarray(encoded, np.float64)
+    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+
+
+def comparable(
+    image: ArrayLike,
+    reference: ArrayLike,
+    names: tuple[str, str] = ("the image", "the reference"),
+    least_side: int = 1,
+) -> tuple[Floats, Floats]:
+    """Return two pictures as (H, W, 3) float64, a grey one in three channels that are alike.
+
+    ``names``: what a message calls them. ``least_side``: pixels that both need a side. Raises ScoreError for what is no
+    picture, for pixels that are not finite as float32, and for pictures of two sizes, or of which one alone is grey.
+    """
+    pictures = [picture(values, name) for values, name in zip((image, reference), names, strict=True)]
+    sizes = [f"{values.shape[1]} x {values.shape[0]}" for values in pictures]
+    if sizes[0] != sizes[1]:
+        raise ScoreError(
+            sentence(f"{names[0]} is {sizes[0]} pixels and {names[1]} is {sizes[1]}; render both at one size.")
+        )
+    channels = [values.shape[2] for values in pictures]
+    if channels[0] != channels[1]:
+        grey, colour = names if channels[0] == 1 else names[::-1]
+        raise ScoreError(sentence(f"{grey} is grey and {colour} is in colour; render both alike."))
+    if min(pictures[0].shape[:2]) < least_side:
+        raise ScoreError(
+            sentence(
+                f"{names[0]} is {sizes[0]} pixels, and structural similarity needs at least {least_side} a side; "
+                "render both larger."
+            )
+        )
+    first, second = (np.broadcast_to(values, (*values.shape[:2], 3)) for values in pictures)
+    return first, second
+
+
+def picture(values: ArrayLike, name: str) -> Floats:
+    """Return values as float64, (H, W, 3) or (H, W, 1). Raises ScoreError; ``name``: what its message calls them."""
+    try:
+        array = np.asarray(values, np.float64)
+    except (TypeError, ValueError):
+        raise ScoreError(sentence(f"{name} is no array of numbers; give one of shape (H, W, 3).")) from None
+    array = array[..., None] if array.ndim == 2 else array
+    if array.ndim != 3 or array.shape[2] not in (1, 3):
+        raise ScoreError(
+            sentence(f"{name} has the shape {np.shape(values)}; give (H, W, 3), or (H, W) or (H, W, 1) if it is grey.")
+        )
+    if array.size == 0:
+        raise ScoreError(sentence(f"{name} has the shape {array.shape} and no pixel; render it anew."))
+    require_finite(array, name)
+    return array
+
+
+def require_finite(values: ArrayLike, name: str) -> None:
+    """Raise ScoreError if pixels (H, W, C) are not finite as float32; ``name``: what its message calls the picture."""
+    bad = np.count_nonzero(~(np.abs(values) <= np.finfo(np.float32).max).all(axis=-1))
+    if bad:
+        pixels = f"1 pixel of {name} is" if bad == 1 else f"{bad} pixels of {name} are"
+        raise ScoreError(f"{pixels} not finite, so it has no score; render it anew.")
+
+
+def sentence(text: str) -> str:
+    """Return text that begins with a capital letter."""
+    return text[:1].upper() + text[1:]

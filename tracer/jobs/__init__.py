@@ -1,0 +1,1 @@
+"""Several pictures of one scene file, by frames and sensors."""

@@ -1,0 +1,249 @@
+"""A job: one scene file, and all pictures of it that are asked for, by frames and sensors."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+
+from tracer.errors import SettingsError
+from tracer.io import exr
+from tracer.scene.load_errors import nearest
+from tracer.session.shards import parse_part
+from tracer.settings import Settings, in_one_sentence
+
+NUMBER = "#"
+"""In the name of a scene or picture: stands for the number of the frame, with at least as many digits."""
+
+
+class Job(BaseModel):
+    """What is rendered, from where, and where it goes. Names are those of the command line and of a configuration."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    scene: Path
+    output: Path | None = None
+    """Picture to write; it may be missing where a checkpoint of a part is what is wanted."""
+    sensor: tuple[int, ...] | Literal["all"] = (0,)
+    """Numbers of the scene's sensors."""
+    size: int | None = Field(None, ge=1)
+    """Width in pixels instead of the scene's; the aspect is kept."""
+    crop: tuple[int, int, int, int] | None = None
+    """x, y, width and height in pixels of the part of the picture that is rendered."""
+    integrator: str | None = None
+    variant: str | None = None
+    define: dict[str, str] = Field(default_factory=dict)
+    """Values of the scene's $parameters."""
+    frames: str | None = None
+    """First and last number: "1-24", "1-24:2" for every other one, "3,7" for these."""
+    checkpoint: Path | None = None
+    checkpoint_every: float = Field(60.0, ge=0)
+    resume: bool = False
+    overwrite: bool = False
+    features: bool = False
+    """Whether albedo, normal, depth and shapes are written, too."""
+    denoise: bool = False
+    layers: Literal["all", "rgb"] = "all"
+    """What an EXR holds: everything, or the picture alone in linear sRGB, which textures and environments are read
+    from."""
+    live: Path | None = None
+    """PNG that shows the picture while it renders."""
+    tev: str | None = None
+    """host:port of a tev viewer that shows it."""
+    memory: float | None = Field(None, gt=0)
+    """Most memory to use, in GiB."""
+    workers: int | None = Field(None, ge=1, le=1024)
+    """Processes on this machine that draw."""
+    part: str | None = None
+    """ "3/8": render the third of eight parts."""
+    scheduler: str | None = None
+    """Address of a Dask scheduler whose workers draw, or the file that it has left it in."""
+    settings: dict[str, Any] = Field(default_factory=dict)
+    """Of ``tracer.settings.Settings``, those that are given."""
+
+    @field_validator("sensor", mode="before")
+    @classmethod
+    def one_or_several(cls, value: Any) -> Any:
+        """Take numbers, one or several, also as text."""
+        values = value if isinstance(value, list | tuple) else [value]
+        if "all" in values:
+            return "all"
+        if values and all(str(each).isdecimal() for each in values):
+            return values
+        raise ValueError(f'sensor: write numbers from 0, or "all" (was {", ".join(map(repr, values))})')
+
+    @field_validator("crop", mode="before")
+    @classmethod
+    def crop_from_text(cls, value: Any) -> Any:
+        """Read "x,y,width,height"."""
+        parts = value.split(",") if isinstance(value, str) else value
+        if isinstance(parts, list | tuple) and len(parts) == 4:
+            return parts
+        raise ValueError(f"crop: write x,y,width,height in pixels (was {value!r})")
+
+    @field_validator("define", mode="before")
+    @classmethod
+    def define_from_text(cls, value: Any) -> Any:
+        """Read "name=value" entries."""
+        if isinstance(value, dict):
+            return {name: str(each) for name, each in value.items()}
+        if not (isinstance(value, list | tuple) and all(isinstance(entry, str) for entry in value)):
+            raise ValueError(f"define: write name=value (was {value!r})")
+        pairs = [entry.partition("=") for entry in value]
+        if not all(name and sign for name, sign, _ in pairs):
+            raise ValueError(f"define: write name=value (was {', '.join(value)!r})")
+        return {name: each for name, _, each in pairs}
+
+    @field_validator("part")
+    @classmethod
+    def part_is_one(cls, value: str | None) -> str | None:
+        """Reject what is no part."""
+        if value is not None:
+            parse_part(value)
+        return value
+
+    @model_validator(mode="after")
+    def makes_something(self) -> Job:
+        """Reject a job of which nothing would be left."""
+        if self.output is None and (self.part is None or self.checkpoint is None):
+            raise ValueError("nothing would be written: name a picture with -o, or a checkpoint for a part")
+        if self.features and self.layers == "rgb":
+            raise ValueError("features are layers of their own, which layers = rgb leaves out: choose one of them")
+        return self
+
+    @field_validator("frames")
+    @classmethod
+    def frames_are_numbers(cls, value: str | None) -> str | None:
+        """Reject what is no list of frames."""
+        if value is not None:
+            frame_numbers(value)
+        return value
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One picture of a job."""
+
+    scene: Path
+    define: dict[str, str]
+    sensor: int
+    output: Path | None
+    checkpoint: Path | None
+    live: Path | None
+
+    @property
+    def name(self) -> str:
+        """What a person calls it: the file that is written."""
+        return str(self.output or self.checkpoint)
+
+
+def frame_numbers(text: str) -> list[int]:
+    """Return the numbers of "1-24", "1-24:2" or "3,7". Raises ValueError."""
+    numbers: list[int] = []
+    for entry in text.split(","):
+        found = re.fullmatch(r"\s*(\d+)(?:-(\d+)(?::(\d+))?)?\s*", entry)
+        if not found or found[3] == "0" or (found[2] and int(found[2]) < int(found[1])):
+            raise ValueError(f'frames: write "1-24", "1-24:2" or "3,7" (was {text!r})')
+        numbers += range(int(found[1]), int(found[2] or found[1]) + 1, int(found[3] or 1))
+    return numbers
+
+
+def make_job(given: dict[str, Any], configuration: Path | None = None) -> Job:
+    """Return a checked job from what the command line gives, and from a TOML file for what it does not.
+
+    Files that the configuration names are looked for beside it. Raises SettingsError with one sentence.
+    """
+    own = [name for name in Job.model_fields if name != "settings"]
+    known = [*own, *Settings.model_fields]
+    values = {} if configuration is None else read_configuration(configuration, known)
+    values |= {name: value for name, value in given.items() if value is not None}
+    settings = {name: value for name, value in values.items() if name in Settings.model_fields}
+    try:
+        return Job(**{name: values[name] for name in own if name in values}, settings=settings)
+    except ValidationError as error:
+        raise SettingsError(in_one_sentence(error, known)) from None
+
+
+FILES = ("importance", "checkpoint", "live")
+
+
+def read_configuration(path: Path, known: list[str]) -> dict[str, Any]:
+    """Return what a TOML file says, by the names of the options with "_" for "-". Raises SettingsError."""
+    try:
+        values = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise SettingsError(f"Cannot read '{path}': {error.strerror}.") from None
+    except ValueError as error:
+        raise SettingsError(f"'{path}' is no TOML: {error}.") from None
+    values = {name.replace("-", "_"): value for name, value in values.items()}
+    for name in values:
+        if name not in known or name in ("scene", "output"):
+            hint = nearest(name, known)
+            raise SettingsError(
+                f"'{path}': there is no option '{name}'" + (f", did you mean '{hint}'?" if hint else ".")
+            )
+    return {
+        name: str(path.parent / value) if name in FILES and isinstance(value, str) else value
+        for name, value in values.items()
+    }
+
+
+def shots_of(job: Job, sensors: int) -> Iterator[Shot]:
+    """Yield the pictures of a job, frame by frame; ``sensors``: how many the scene has."""
+    chosen = tuple(range(sensors)) if job.sensor == "all" else job.sensor
+    for number in [None] if job.frames is None else frame_numbers(job.frames):
+        define = job.define
+        if number is not None and NUMBER not in job.scene.name:
+            define = {"frame": str(number), **define}
+        for sensor in chosen:
+            label = f"-{sensor}" if len(chosen) > 1 else ""
+
+            def named(path: Path | None, number: int | None = number, label: str = label) -> Path | None:
+                return None if path is None else path.with_name(numbered(path, number, label))
+
+            files_of = [named(path) for path in (job.output, job.checkpoint, job.live)]
+            yield Shot(frame_file(job.scene, number), define, sensor, *files_of)
+
+
+def frame_file(scene: Path, number: int | None) -> Path:
+    """Return the scene file of a frame."""
+    return scene if number is None else scene.with_name(put_number(scene.name, number))
+
+
+def numbered(path: Path, number: int | None, label: str) -> str:
+    """Return the name of a file for one frame and sensor: "####" becomes the number, else it is added at the end."""
+    stem = path.stem
+    if number is not None:
+        stem = put_number(stem if NUMBER in stem else f"{stem}.####", number)
+    return f"{stem}{label}{path.suffix}"
+
+
+def put_number(name: str, number: int) -> str:
+    """Return ``name`` with its last run of "#" replaced by the number with so many digits, or more."""
+    return re.sub(rf"({NUMBER}+)(?!.*{NUMBER})", lambda marks: str(number).zfill(len(marks[0])), name)
+
+
+def check_frames(job: Job) -> None:
+    """Raise SettingsError if the frames of a job would all be one picture."""
+    if job.frames is None or NUMBER in job.scene.name or not job.scene.is_file():
+        return
+    if b"$frame" not in job.scene.read_bytes():
+        raise SettingsError(
+            f"'{job.scene}' is the same in every frame: use $frame in it, or name files as scene.####.xml."
+        )
+
+
+def check_outputs(shots: list[Shot], job: Job) -> None:
+    """Raise OutputError if any file of a job cannot be written, before the first is rendered."""
+    for shot in shots:
+        if shot.output is not None:
+            exr.check_output(shot.output, job.overwrite or job.resume)
+        if shot.checkpoint is not None:
+            exr.check_output(shot.checkpoint, job.overwrite or job.resume, suffixes=())
+        if shot.live is not None:
+            exr.check_output(shot.live, overwrite=True, suffixes=(".png",))

@@ -1,0 +1,1 @@
+"""From what a person gives, a file or a dictionary, to an open scene with its sensor, film and channels."""

@@ -1,0 +1,80 @@
+"""What identifies the content of a scene, however it is given: everything that decides its pictures, hashed.
+
+Contents are hashed and never printed forms: what prints the same may differ in its last digits, or within arrays that
+are too long to be printed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from tracer.scene.load import parse, properties
+
+ADDRESS = re.compile(rb"0x[0-9a-f]+")
+"""Where an object lies in memory, which some objects print of themselves."""
+DIGITS = 16
+
+
+def fingerprint(source: Any, define: dict[str, str] | None = None) -> str:
+    """Return a hash (hexadecimal, 16 digits) of what a scene consists of. Raises SceneError.
+
+    For a path: its XML, all files it includes, and the content of every file it names (meshes, textures, volumes). For
+    a dictionary: the same after parsing, with the content of all arrays and objects in it. For a loaded scene: what it
+    prints of itself, and the content of all of its parameters (meshes, textures, transforms).
+    """
+    if not isinstance(source, str | Path | dict):
+        return digest(*content(source))
+    parsed = parse(source, define)
+    pieces = [repr(sorted(define.items())).encode() if define else b""]
+    pieces += [Path(str(file)).read_bytes() for file in parsed.state.files]
+    for node in parsed.state.nodes:
+        for name, value in properties(source, node):
+            if isinstance(source, dict):
+                pieces += [f"{node.props.plugin_name()} {name}".encode(), *content(value)]
+            elif hasattr(value, "wavelengths"):  # of a file that was read with the scene
+                pieces += content(value)
+            if isinstance(value, str) and (file := parsed.find(value)):
+                pieces.append(file.read_bytes())
+    return digest(*pieces)
+
+
+def digest(*pieces: bytes) -> str:
+    """Return a hash of 16 hexadecimal digits, which depends on where one piece ends and the next begins."""
+    total = hashlib.sha256()
+    for piece in pieces:
+        total.update(len(piece).to_bytes(8, "little") + piece)
+    return total.hexdigest()[:DIGITS]
+
+
+def content(value: Any) -> Iterator[bytes]:
+    """Yield the content of a property, an array or a Mitsuba object, piece by piece."""
+    yield type(value).__name__.encode()
+    if isinstance(value, mi.Bitmap):
+        yield f"{value.pixel_format()} {value.srgb_gamma()} {value.premultiplied_alpha()}".encode()
+        yield from content(np.array(value))
+    elif isinstance(value, mi.VolumeGrid):
+        yield from content(np.array(value))
+    elif isinstance(value, mi.Object):
+        yield ADDRESS.sub(b"", str(value).encode())
+        for name, parameter in sorted(mi.traverse(value), key=lambda entry: entry[0]):
+            yield name.encode()
+            yield from content(parameter)
+    elif hasattr(value, "wavelengths"):
+        yield from content(np.array([list(value.wavelengths), list(value.values)]))
+    elif hasattr(value, "matrix"):
+        yield from content(value.matrix)
+    elif isinstance(value, np.ndarray):
+        yield f"{value.dtype} {value.shape}".encode()
+        yield np.ascontiguousarray(value).tobytes()
+    elif dr.is_array_v(value) or dr.is_tensor_v(value):
+        yield from content(np.array(value))
+    else:
+        yield ADDRESS.sub(b"", repr(value).encode())

@@ -1,0 +1,290 @@
+"""Open a scene and find what a render needs of it: sensor, film, filter, integrator, channels."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+from math import ceil
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from tracer.core import threads
+from tracer.core.device import upload_tensor
+from tracer.core.plain_values import whole_number, whole_numbers
+from tracer.errors import BackendError, SceneError, SettingsError
+from tracer.scene.frame import Frame
+from tracer.scene.load import LOAD_ERRORS, describe, load
+from tracer.scene.load_errors import load_error, render_error
+
+Crop = tuple[int, int, int, int] | None
+"""x, y, width and height in pixels of a part of the film."""
+Size = int | tuple[int, int] | None
+"""Width (the height follows the film's aspect), or (width, height), or None for the film's own."""
+ABORTING = {"StokesIntegrator": "stokes"}
+"""Integrators whose ``sample``, called from Python, ends the process: class and name. Of all that Mitsuba 3.9 has, and
+combinations of them, tried in every variant, these alone do."""
+MOST_SIDE, MOST_PIXELS = 2**20, 2**28
+"""Of a film, and of what is rendered of it at once: beyond, float32 and 32-bit indices do not reach."""
+
+
+@dataclass(frozen=True)
+class View(Frame):
+    """A scene seen by one sensor through one integrator."""
+
+    scene: Any
+    sensor: Any
+    integrator: Any
+    settings: dict[str, Any]
+    """Settings that the scene itself asks for: those of its integrator, where that is ``adaptive``."""
+
+    @cached_property
+    def film(self) -> Any:
+        """The film of the sensor."""
+        return self.sensor.film()
+
+    @cached_property
+    def size(self) -> tuple[int, int]:  # type: ignore[override]
+        """(height, width) of the image: the film's crop window."""
+        width, height = self.film.crop_size()
+        return int(height), int(width)
+
+    @cached_property
+    def border(self) -> int:  # type: ignore[override]
+        """Pixels sampled outside each side of the image, because the film asks for ``sample_border``."""
+        return int(self.film.rfilter().border_size()) if self.film.sample_border() else 0
+
+    @cached_property
+    def grid_origin(self) -> Any:
+        """Film coordinates (x, y) of the first pixel of the grid."""
+        return mi.ScalarVector2i(self.film.crop_offset()) - self.border
+
+    @cached_property
+    def pixel_format(self) -> Any:
+        """Pixel format of the film, as ``mi.Bitmap.PixelFormat``."""
+        self.film.prepare([])
+        return self.film.bitmap().pixel_format()
+
+    @cached_property
+    def channels(self) -> list[str]:  # type: ignore[override]
+        """Names of the channels of the image, in the order of ``mi.render``."""
+        formats = mi.Bitmap.PixelFormat
+        base = {
+            formats.Y: ["Y"],
+            formats.YA: ["Y", "A"],
+            formats.RGB: ["R", "G", "B"],
+            formats.RGBA: ["R", "G", "B", "A"],
+            formats.XYZ: ["X", "Y", "Z"],
+            formats.XYZA: ["X", "Y", "Z", "A"],
+        }[self.pixel_format]
+        return base + list(self.integrator.aov_names())
+
+    @cached_property
+    def reach(self) -> int:  # type: ignore[override]
+        """How many pixels away a sample still counts through the reconstruction filter; 0 for a box filter."""
+        rfilter = self.film.rfilter()
+        return 0 if rfilter.is_box_filter() else ceil(rfilter.radius() - 0.5)
+
+    @cached_property
+    def window(self) -> tuple[int, int, int, int]:  # type: ignore[override]
+        """x and y of the image within the film, and width and height of the film."""
+        (x, y), (width, height) = self.film.crop_offset(), self.film.size()
+        return int(x), int(y), int(width), int(height)
+
+    def fill_film(self, image: Any) -> None:
+        """Leave ``image`` (H, W, C) in the film, where ``film.develop()`` and ``film.write()`` look for it."""
+        names = list(self.integrator.aov_names())
+        self.film.prepare(names)
+        colour = self.rgb(image)
+        after = image[..., self.colour_channels :]
+        alpha, aovs = after[..., : after.shape[-1] - len(names)], after[..., after.shape[-1] - len(names) :]
+        parts = [colour, alpha, np.ones_like(image[..., :1]), aovs]
+        tensor = upload_tensor(np.concatenate(parts, axis=-1))
+        self.film.put_block(mi.ImageBlock(tensor, mi.ScalarPoint2i(self.film.crop_offset())))
+
+    def to_channels(self, spectrum: Any, valid: Any, wavelengths: Any) -> list[Any]:
+        """Convert weighted radiance to the film's channels (mi.Float each), without AOVs."""
+        if mi.is_polarized:
+            spectrum = mi.unpolarized_spectrum(spectrum)
+        if mi.is_spectral:
+            rgb = mi.spectrum_to_srgb(spectrum, wavelengths)
+        elif mi.is_monochromatic:
+            rgb = mi.Color3f(spectrum.x)
+        else:
+            rgb = spectrum
+        formats = mi.Bitmap.PixelFormat
+        if self.pixel_format in (formats.Y, formats.YA):
+            colour = [mi.luminance(rgb)]
+        elif self.pixel_format in (formats.XYZ, formats.XYZA):
+            colour = list(mi.srgb_to_xyz(rgb))
+        else:
+            colour = [rgb.x, rgb.y, rgb.z]
+        has_alpha = self.pixel_format in (formats.YA, formats.RGBA, formats.XYZA)
+        return colour + ([dr.select(valid, mi.Float(1), mi.Float(0))] if has_alpha else [])
+
+
+@contextmanager
+def open_scene(
+    source: Any,
+    sensor: Any = 0,
+    integrator: Any = None,
+    size: Size = None,
+    crop: Crop = None,
+    define: dict[str, str] | None = None,
+) -> Iterator[View]:
+    """Open ``source`` as a View; a variant must be active. A film that is resized gets its own size back at the end.
+
+    ``source``: path of a Mitsuba XML file, a dictionary, or an ``mi.Scene``. ``integrator``: plugin name, dictionary
+    or ``mi.Integrator`` instead of the scene's; ``sensor``: number or ``mi.Sensor``; ``crop``: the part of the film,
+    once it has its ``size``, that is rendered instead of its own crop window; ``define``: values of the $parameters of
+    a file. Raises SceneError, SettingsError, or BackendError for what was loaded under another variant.
+    """
+    scene = require_variant("scene", load(source, define=define))
+    if scene.class_name() != "Scene":
+        raise SceneError(f"{describe(source)} holds a {scene.class_name()}, not a scene; wrap it in <scene>.")
+    chosen = pick_sensor(scene, sensor, source)
+    asked = require_variant("integrator", make_integrator(integrator if integrator is not None else scene.integrator()))
+    ours = type(asked).__name__ == "AdaptiveIntegrator"  # by name: the class is another one in every variant
+    nested, settings = (asked.nested, asked.settings) if ours else (asked, {})
+    view = View(scene, chosen, require_nestable(nested), settings)
+    if mi.has_flag(chosen.film().flags(), mi.FilmFlags.Special):
+        raise SceneError(f"Film '{chosen.film().class_name()}' is not supported; use an 'hdrfilm'.")
+    if min(chosen.film().size()) < 1:
+        raise SceneError(f"{describe(source)} has a film without pixels; give it a width and height of at least 1.")
+    original = resize_film(chosen, size, crop)
+    try:
+        require_pixels(view)
+        if hasattr(nested, "solve_for"):  # of ours, that solve something first: not while samples are recorded
+            nested.solve_for(scene)
+        yield view
+    except RuntimeError as error:
+        if (said := render_error(describe(source), error)) is None:
+            raise
+        raise said from None
+    finally:
+        restore_film(chosen, original)
+
+
+def require_variant(what: str, thing: Any) -> Any:
+    """Return an object of Mitsuba if it is of the active variant, else raise BackendError: variants do not mix."""
+    own = thing.variant_name() if hasattr(thing, "variant_name") else mi.variant()
+    if own != mi.variant():
+        raise BackendError(
+            f"The {what} was loaded under the variant '{own}', and '{mi.variant()}' is active: "
+            f"load it again, or call mi.set_variant('{own}') before the render."
+        )
+    return thing
+
+
+def require_pixels(view: View) -> None:
+    """Raise SettingsError for a picture that no memory holds: the film would end the process as it tried."""
+    height, width = view.size
+    if not 0 < view.pixel_count <= MOST_PIXELS:
+        raise SettingsError(
+            f"The picture is {width} x {height} pixels, and at most {MOST_PIXELS} can be rendered at once; "
+            "choose a smaller size, or a crop."
+        )
+
+
+def pick_sensor(scene: Any, sensor: Any, source: Any) -> Any:
+    """Return a sensor of a loaded scene by number, or ``sensor`` itself.
+
+    Raises SceneError, SettingsError, or BackendError for a sensor of another variant.
+    """
+    sensors = scene.sensors()
+    if not sensors:
+        raise SceneError(f'{describe(source)} has no sensor; add one, for example <sensor type="perspective">.')
+    if hasattr(sensor, "film"):
+        return require_variant("sensor", sensor)
+    number = whole_number("sensor", sensor)
+    if not 0 <= number < len(sensors):
+        raise SettingsError(f"There is no sensor {number}: {describe(source)} has {len(sensors)}, counted from 0.")
+    return sensors[number]
+
+
+def make_integrator(wanted: Any) -> Any:
+    """Return an integrator from a plugin name, dictionary or ``mi.Integrator``; a path tracer where there is none."""
+    if wanted is None:
+        wanted = "path"
+    if isinstance(wanted, str):
+        wanted = {"type": wanted}
+    if not isinstance(wanted, dict):
+        return wanted
+    try:
+        with threads.for_files():
+            return mi.load_dict(wanted)
+    except LOAD_ERRORS as error:
+        raise load_error("The integrator", error, "integrator") from None
+
+
+def require_nestable(integrator: Any) -> Any:
+    """Return ``integrator`` if samples can be drawn from it pixel by pixel, else raise SettingsError."""
+    if not isinstance(integrator, mi.SamplingIntegrator):
+        name = integrator.class_name() if hasattr(integrator, "class_name") else type(integrator).__name__
+        raise SettingsError(
+            f"Integrator '{name}' cannot be sampled pixel by pixel, so it cannot be rendered adaptively; "
+            "use one that follows camera rays, such as 'path', 'volpath', 'direct' or 'prb'."
+        )
+    for part in mi.traverse(integrator).hierarchy:
+        if part.class_name() in ABORTING:
+            raise SettingsError(
+                f"Integrator '{ABORTING[part.class_name()]}' cannot be rendered adaptively, as Mitsuba ends the whole "
+                "program when single samples of it are asked for; use mi.render, or the integrator within it."
+            )
+    return integrator
+
+
+def resize_film(sensor: Any, size: Size, crop: Crop = None) -> dict[str, Any]:
+    """Give the film another size, its crop window scaled with it, or that window. Returns what was there before."""
+    if size is None and crop is None:
+        return {}
+    parameters = mi.traverse(sensor)
+    original = {
+        name: [int(x) for x in parameters[name]] for name in ("film.size", "film.crop_size", "film.crop_offset")
+    }
+    width, height = new_size(original["film.size"], size)
+    if crop is None:
+        begins, ends = [], []
+        for new, old, length, offset in zip((width, height), *original.values(), strict=True):
+            begins.append(min(round(offset * new / old), new - 1))
+            ends.append(max(round((offset + length) * new / old), begins[-1] + 1))
+        lengths = [end - begin for begin, end in zip(begins, ends, strict=True)]
+    else:
+        part = whole_numbers("crop", crop, 4, "x, y, width and height in pixels")
+        begins, lengths = list(part[:2]), list(part[2:])
+        if min(begins) < 0 or min(lengths) < 1 or part[0] + part[2] > width or part[1] + part[3] > height:
+            raise SettingsError(f"The crop x, y, width, height = {part} is not within the picture, {width} x {height}.")
+    parameters["film.size"] = [width, height]
+    parameters["film.crop_offset"] = begins
+    parameters["film.crop_size"] = lengths
+    parameters.update()
+    return original
+
+
+def new_size(old: list[int], size: Size) -> tuple[int, int]:
+    """Return (width, height) of a film of ``old`` size that is given ``size``. Raises SettingsError."""
+    if size is None:
+        width, height = old
+    elif np.ndim(size) == 0:
+        width = whole_number("size", size)
+        height = max(1, round(old[1] * width / old[0]))
+    else:
+        width, height = whole_numbers("size", size, 2, "width and height in pixels, or the width alone")
+    if not (1 <= width <= MOST_SIDE and 1 <= height <= MOST_SIDE):
+        raise SettingsError(
+            f"The size must be at least 1 pixel a side and at most {MOST_SIDE}, not {width} x {height}."
+        )
+    return width, height
+
+
+def restore_film(sensor: Any, original: dict[str, Any]) -> None:
+    """Undo ``resize_film``."""
+    if original:
+        parameters = mi.traverse(sensor)
+        for name, value in original.items():
+            parameters[name] = value
+        parameters.update()

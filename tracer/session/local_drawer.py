@@ -1,0 +1,100 @@
+"""Draw the samples of a round in this process, pass by pass."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Generator
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import drjit as dr
+import mitsuba as mi
+
+from tracer.adaptive.schedule import PASS_SIZES, even_pass, next_pass_size
+from tracer.film.estimate import Estimate
+from tracer.sampling import samples
+from tracer.sampling.wavefront import Counts, Line, Stretch, lane_pixels
+from tracer.scene.view import View
+
+
+@dataclass(frozen=True)
+class Pass:
+    """Samples that were drawn and added to an estimate, and the seconds that took."""
+
+    samples: int
+    seconds_drawing: float = 0.0
+    seconds_adding: float = 0.0
+
+
+class Drawer(Protocol):
+    """Who draws, in this process or elsewhere. Whoever it is, the sums are the same."""
+
+    def empty(self) -> Estimate:
+        """Return an estimate without samples, to add to."""
+
+    def draw(
+        self, estimate: Any, before: Counts, after: Counts, seed: int, scale: float
+    ) -> Generator[Pass, None, None]:
+        """Add to ``estimate`` what it lacks to have ``after`` (grid) samples, and tell of each pass.
+
+        ``before`` (grid): samples there were before the round. ``scale``: of ray differentials. Left early, each pixel
+        has some of its samples, the first ones. A pass without samples is a sign of life.
+        """
+
+    def describe(self) -> dict[str, Any]:
+        """Return what drawing elsewhere took, as plain values."""
+
+    def close(self) -> None:
+        """Let go of what drawing needs."""
+
+
+class Here:
+    """Draws in this process."""
+
+    def __init__(
+        self,
+        view: View,
+        sampler: Any,
+        moments: samples.Moments | None,
+        largest_pass: int = PASS_SIZES[-1],
+    ) -> None:
+        self.view = view
+        self.kinds = samples.moment_counts(view, moments)
+        self.record = samples.Recorded(view, sampler, moments)
+        self.pass_size, self.largest_pass = PASS_SIZES[1], largest_pass
+
+    def empty(self) -> Estimate:
+        """Return an estimate of the view without samples."""
+        return Estimate(self.view, *self.kinds)
+
+    def draw(
+        self, estimate: Estimate, before: Counts, after: Counts, seed: int, scale: float
+    ) -> Generator[Pass, None, None]:
+        """See ``Drawer``."""
+        line = Line(Stretch(0, before.ravel(), after.ravel()), estimate.drawn().ravel())
+        return self.draw_line(estimate, line, seed, scale)
+
+    def draw_line(
+        self, estimate: Estimate, line: Line, seed: int, scale: float, first_pixel: int = 0
+    ) -> Generator[Pass, None, None]:
+        """Draw a line; ``first_pixel``: of the view, for which the first one of ``estimate`` stands."""
+        on_device = dr.opaque(mi.UInt32, seed), dr.opaque(mi.Float, scale)
+        while line.taken < line.total:
+            start = time.perf_counter()
+            window = line.take(even_pass(line.total - line.taken, self.pass_size, self.largest_pass))
+            pixel, index = lane_pixels(window, first_pixel)
+            drawn = self.record(on_device[0], pixel, index, on_device[1])
+            dr.sync_thread()
+            drawing = time.perf_counter() - start
+            self.pass_size = next_pass_size(window.lane_count / drawing)
+            estimate.add(window, drawn)
+            dr.sync_thread()
+            yield Pass(window.sample_count, drawing, time.perf_counter() - start - drawing)
+
+    def describe(self) -> dict[str, Any]:
+        """Return nothing: it is all here."""
+        return {}
+
+    def close(self) -> None:
+        """Let go of scene and kernels."""
+        self.record.close()

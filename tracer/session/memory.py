@@ -1,0 +1,100 @@
+"""How much memory a render takes, and passes small enough for a limit.
+
+Three parts: what is there when the scene is loaded; a share for every pixel, whose sums, statistics and importance are
+held; and one for every sample of a pass. The constants are from renders of 4096 to 2 million pixels with passes of 2^20
+and 2^22 samples; ``tests/system/test_memory.py`` measures that they are enough.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from tracer.adaptive.schedule import PASS_SIZES
+from tracer.denoising.oidn import LEAST_MEMORY, MOST_MEMORY, PIXEL_MEMORY
+from tracer.errors import SettingsError
+from tracer.scene.frame import Frame
+from tracer.settings import Settings
+
+GIB = 1 << 30
+PROGRAM = 160e6
+"""Bytes for kernels and what else a render loads."""
+PIXEL = 420.0
+"""Bytes a pixel for decisions, and"""
+PIXEL_CHANNEL = 36.0
+"""for each channel, and"""
+PIXEL_FOOTPRINT = 4.6
+"""for each number of its footprint, of which a checkpoint takes"""
+PIXEL_COPY = 2.5
+"""more each while it is written."""
+FEATURE_CHANNELS, FEATURES = 7, 200.0
+"""Channels of features, and bytes a pixel for each set of them."""
+SAMPLE = 30.0
+"""Bytes a sample of a pass, and"""
+SAMPLE_CHANNEL = 14.0
+"""for each channel."""
+SMALLEST_PASS = 1 << 16
+LARGE = 2 * GIB
+"""Beyond so much a person is told before the render begins."""
+
+
+@dataclass(frozen=True)
+class Need:
+    """Bytes that a render is expected to take at most."""
+
+    scene: float
+    """Taken already."""
+    pixels: float
+    sample: float
+    """For each sample of a pass."""
+
+    def total(self, pass_size: int) -> float:
+        """Return the sum, with passes of one size."""
+        return self.scene + PROGRAM + self.pixels + self.sample * pass_size
+
+
+def need(frame: Frame, settings: Settings, features: bool = False, denoise: bool = False, keeps: bool = False) -> Need:
+    """Return what a render takes now that its scene is loaded. ``keeps``: it writes checkpoints."""
+    channels = len(frame.channels)
+    footprint = (2 * frame.reach + 1) ** 2 * (channels + 1) if frame.reach else 0
+    pixel = PIXEL + PIXEL_CHANNEL * channels + (PIXEL_FOOTPRINT + PIXEL_COPY * keeps) * footprint
+    if settings.unbiased:
+        pixel += 16 * channels + 4 * footprint  # the sums of those held out
+    if features:
+        pixel += FEATURES + PIXEL_FOOTPRINT * footprint * (FEATURE_CHANNELS + 1) / (channels + 1)
+    pixels = pixel * frame.pixel_count
+    if denoise or settings.objective == "denoised":
+        pixels += FEATURES * frame.pixel_count + 1e6 * min(LEAST_MEMORY + PIXEL_MEMORY * frame.pixel_count, MOST_MEMORY)
+    return Need(resident(), pixels, SAMPLE + SAMPLE_CHANNEL * channels)
+
+
+def resident() -> float:
+    """Return the bytes of memory that this process has now, or had at most where that is not known."""
+    statistics = Path("/proc/self/statm")
+    if statistics.exists():
+        return float(statistics.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return float(most if sys.platform == "darwin" else 1024 * most)
+
+
+def largest_pass(needed: Need, limit: float | None) -> int:
+    """Return the most samples of a pass with which a render stays within ``limit`` (GiB). Raises SettingsError."""
+    if limit is None:
+        return PASS_SIZES[-1]
+    sizes = [SMALLEST_PASS << k for k in range(32) if SMALLEST_PASS << k <= PASS_SIZES[-1]]
+    fitting = [size for size in sizes if needed.total(size) <= limit * GIB]
+    if not fitting:
+        least = needed.total(SMALLEST_PASS) / GIB
+        raise SettingsError(
+            f"memory: this render needs about {least:.2g} GiB, of which pixels take {needed.pixels / GIB:.2g}, and may "
+            f"take {limit:g}; render a smaller size, or part by part with crop."
+        )
+    return fitting[-1]
+
+
+def in_words(needed: Need, size: int) -> str:
+    """Return a sentence for a person."""
+    return f"About {needed.total(size) / GIB:.1f} GiB of memory, {needed.pixels / GIB:.1f} of it for the pixels."

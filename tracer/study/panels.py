@@ -1,0 +1,64 @@
+"""Pictures of a comparison."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer.image import metrics
+from tracer.io import exr
+from tracer.result import display
+
+Panel = tuple[str, NDArray, bool]
+"""Caption; picture (H, W, C) linear, or values (H, W); whether values are shown on a logarithmic scale."""
+
+
+def relative_error(image: NDArray, reference: NDArray) -> NDArray[np.float64]:
+    """Return the relative error (H, W): root mean square over channels, divided by the reference's luminance."""
+    squared = np.mean((np.asarray(image, np.float64) - reference) ** 2, axis=-1)
+    return np.sqrt(squared / (metrics.luminance(reference) ** 2 + metrics.EPSILON))
+
+
+def write_panels(
+    target: Path | BinaryIO,
+    panels: Sequence[Panel],
+    title: str,
+    error_top: float | None = None,
+    file_format: str = "png",
+) -> None:
+    """Write panels in a row, each with its caption; values get a colour bar, linear ones from 0 to ``error_top``."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.colors import LogNorm, Normalize
+    from matplotlib.figure import Figure
+    from matplotlib.ticker import LogLocator, NullLocator, ScalarFormatter
+
+    height, width = panels[0][1].shape[:2]
+    inches = 3.2
+    figure = Figure(figsize=(inches * len(panels), inches * height / width + 0.95), layout="constrained", dpi=110)
+    FigureCanvasAgg(figure)
+    figure.suptitle(title, fontsize=11)
+    for k, (caption, values, logarithmic) in enumerate(panels):
+        axes = figure.add_subplot(1, len(panels), k + 1)
+        axes.set_title(caption, fontsize=9)
+        axes.set_axis_off()
+        if values.ndim == 3:
+            axes.imshow(display(values), interpolation="nearest")
+            continue
+        norm = LogNorm(max(values.min(), 1), max(values.max(), 2)) if logarithmic else Normalize(0, error_top)
+        shown = axes.imshow(values, cmap="magma", norm=norm, interpolation="nearest")
+        beside = axes.inset_axes((0.03, -0.07, 0.94, 0.035))  # takes no room from its panel: all stay of one size
+        figure.colorbar(shown, cax=beside, orientation="horizontal")
+        beside.tick_params(labelsize=7)
+        if logarithmic:
+            beside.xaxis.set_major_locator(LogLocator(base=2))
+            beside.xaxis.set_major_formatter(ScalarFormatter())
+            beside.xaxis.set_minor_locator(NullLocator())
+    if isinstance(target, Path):
+        with exr.whole(target) as temporary:
+            figure.savefig(temporary, format=file_format)
+    else:
+        figure.savefig(target, format=file_format)

@@ -1,0 +1,51 @@
+"""Scores that were computed before."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tracer.image import metrics, objective
+from tracer.image.metrics import Scores
+from tracer.io import exr
+from tracer.study.cells import Cell
+from tracer.study.reference import Reference
+from tracer.study.source_hash import hash_of
+
+
+class ScoreBook:
+    """Scores by picture and reference, in a file: they take longer than reading the pictures."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.code = hash_of([Path(metrics.__file__), Path(objective.__file__)])
+        self.last: tuple[Reference, str] | None = None
+        self.known: dict[str, Any] = {}
+        if path.exists():
+            try:
+                self.known = json.loads(path.read_text())
+            except ValueError:  # damaged: what it had is worked out again
+                self.known = {}
+
+    def scores(self, cell: Cell, image: Any, reference: Reference) -> Scores:
+        """Return the scores of the picture of a cell."""
+        name = f"{cell.key} {self.identity(reference)} {self.code}"
+        if name not in self.known:
+            self.known[name] = asdict(metrics.all_scores(image, reference.image))
+        return Scores(**self.known[name])
+
+    def identity(self, reference: Reference) -> str:
+        """Return a hash of the pixels of a reference."""
+        if self.last is None or self.last[0] is not reference:
+            pixels = np.ascontiguousarray(reference.image).tobytes()
+            self.last = (reference, hashlib.sha256(pixels).hexdigest()[:16])
+        return self.last[1]
+
+    def save(self) -> None:
+        """Write the file."""
+        exr.write_text(self.path, json.dumps(self.known, indent=0))

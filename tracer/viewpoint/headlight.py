@@ -1,0 +1,56 @@
+"""Pictures of views for looking at: lit from the camera, quickly, whatever light the scene has."""
+
+from __future__ import annotations
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer.core.device import upload
+from tracer.image.metrics import encode_srgb
+from tracer.sampling.samples import divide
+from tracer.viewpoint.item_buffer import Rays, Viewpoints, world_ray
+from tracer.viewpoint.lens import Lens
+from tracer.viewpoint.surfaces import Subject
+
+Floats = NDArray[np.float64]
+FINER = 3
+"""Rays per pixel and side."""
+BACKGROUND = 0.9
+AMBIENT = 0.15
+"""Share of the light that comes from everywhere."""
+
+
+def look(
+    subject: Subject, viewpoints: Viewpoints, lens: Lens, size: int, colours: Floats | None = None
+) -> list[Floats]:
+    """Return a picture (rows, size, 3) in [0, 1], encoded as sRGB, of each view; as many rows as the lens has it.
+
+    ``colours`` (Z, 3) of the surfaces; unless given, the diffuse reflectance of their materials.
+    """
+    return [look_once(subject, viewpoints[k : k + 1], lens, size, colours) for k in range(len(viewpoints))]
+
+
+def look_once(subject: Subject, viewpoint: Viewpoints, lens: Lens, size: int, colours: Floats | None) -> Floats:
+    """Return one picture."""
+    rows = Rays(side=size).rows(lens)
+    count = FINER**2 * size * rows
+    row, column = divide(dr.arange(mi.UInt32, count), size * FINER)
+    wide, high = dr.opaque(mi.Float, 1 / (size * FINER)), dr.opaque(mi.Float, 1 / (rows * FINER))
+    zero = dr.zeros(mi.UInt32, count)
+    ray, _ = world_ray(viewpoint, lens, zero, (mi.Float(column) + 0.5) * wide, (mi.Float(row) + 0.5) * high)
+    found = subject.scene.ray_intersect_preliminary(ray, coherent=True)
+    hit = found.is_valid()
+    interaction = found.compute_surface_interaction(ray, mi.RayFlags.All, hit)
+    if colours is None:
+        reflectance = interaction.bsdf().eval_diffuse_reflectance(interaction, hit)
+        colour = mi.Color3f(dr.clip(reflectance, 0.02, 1.0))
+    else:
+        table = upload(mi.Float, colours)
+        surface = subject.surface(found)
+        colour = mi.Color3f(*(dr.gather(mi.Float, table, 3 * surface + k, hit) for k in range(3)))
+    cosine = dr.abs(dr.dot(interaction.sh_frame.n, ray.d))
+    shaded = dr.select(hit, colour * (AMBIENT + (1 - AMBIENT) * cosine), BACKGROUND)
+    image = np.array(shaded, np.float64).T.reshape(rows, FINER, size, FINER, 3).mean(axis=(1, 3))
+    return np.asarray(encode_srgb(np.nan_to_num(image)))

@@ -1,0 +1,93 @@
+"""What all reports start from, and how they name a view."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer.core.sphere import frame, normalised
+from tracer.errors import SceneError
+from tracer.viewpoint.direction_measure import Gauge, Stand
+from tracer.viewpoint.headlight import look
+from tracer.viewpoint.item_buffer import Rays, Viewpoints
+from tracer.viewpoint.measures import Best, get
+from tracer.viewpoint.rendered import render_views
+from tracer.viewpoint.source import Opened
+
+Floats = NDArray[np.float64]
+THUMBNAIL = 220
+Told = Callable[[str, int, int], bool | None]
+"""Called with what is under way, how much of it is done, and how much there is; False stops."""
+
+
+@dataclass(frozen=True)
+class Desk:
+    """A subject, where to stand, how to look, and where the results go."""
+
+    opened: Opened
+    stand: Stand
+    rays: Rays
+    background: bool
+    folder: Path
+    told: Told
+    spp: int = 0
+    """Samples per pixel of pictures that are rendered; 0: they are lit from the eye."""
+
+    def gauge(self, name: str, good: Best | None = None) -> Gauge:
+        """Return a measure as a function of direction; ``good`` instead of what it says itself.
+
+        Of a crystal the views of least entropy are wanted, as they show how atoms lie in rows (the paper, section 4.5).
+        """
+        if good is None and name == "entropy" and self.opened.crystal:
+            good = "least"
+        return Gauge(self.opened.subject, self.stand, self.rays, name, self.background, good or get(name).best)
+
+    def say(self, text: str, done: int, total: int) -> None:
+        """Tell of progress. Raises KeyboardInterrupt if the person wants to stop."""
+        if self.told(text, done, total) is False:
+            raise KeyboardInterrupt
+
+    def pictures(self, viewpoints: Viewpoints, size: int = THUMBNAIL) -> list[Floats]:
+        """Return pictures of views."""
+        if self.spp:
+            return render_views(self.opened.subject, viewpoints, self.stand.lens, size, self.spp, self.stand.clip)
+        return look(self.opened.subject, viewpoints, self.stand.lens, size, self.opened.colours)
+
+
+def require_sight(seen: bool) -> None:
+    """Raise SceneError unless any view saw anything."""
+    if not seen:
+        raise SceneError("No view sees anything: the faces have no area, or all is out of sight; check --centre.")
+
+
+def name_direction(direction: Floats, up: Floats) -> str:
+    """Return how a person would say a direction: degrees around ``up``, and above the horizon."""
+    height = np.degrees(np.arcsin(np.clip(np.dot(direction, normalised(up)), -1, 1)))
+    second, first = frame(-normalised(up))
+    round_about = np.degrees(np.arctan2(direction @ second, direction @ first)) % 360
+    return f"{round_about:.0f}°, {height:+.0f}°"
+
+
+def number(value: float) -> str:
+    """Return a value for a table."""
+    return f"{value:.4g}" if np.isfinite(value) else "–"
+
+
+def apart(values: Floats, directions: Floats, count: int, angle: float = 40.0) -> list[int]:
+    """Return the numbers of the ``count`` largest ``values`` (V,) whose directions are ``angle`` degrees apart."""
+    found: list[int] = []
+    for k in np.argsort(-values, kind="stable"):
+        if all(directions[k] @ directions[other] < np.cos(np.radians(angle)) for other in found):
+            found.append(int(k))
+        if len(found) == count:
+            break
+    return found
+
+
+def csv(headings: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
+    """Return a table as comma-separated values; no entry holds a comma."""
+    return "\n".join(",".join(str(entry) for entry in row) for row in [headings, *rows]) + "\n"

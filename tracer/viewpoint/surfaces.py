@@ -1,0 +1,202 @@
+"""What is looked at: a scene cut up into surfaces, their true areas, and the sphere around it.
+
+What counts as a surface is a choice: a *face* (a triangle of a mesh; any other primitive, such as a sphere, is one), a
+*shape*, all that shares a *bsdf*, or groups of faces that the caller names (an atom). An instance is one surface.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal, get_args
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer.core.device import upload
+from tracer.errors import SceneError, SettingsError
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Surfaces = Literal["face", "shape", "bsdf"]
+LARGEST = 1e10
+"""Radius: products of three lengths are to stay within single precision."""
+NEAREST = 1e-5
+"""Radius over distance from the origin: below it, coordinates have fewer than two digits left."""
+SURFACES: tuple[str, ...] = get_args(Surfaces)
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles of all meshes of a subject, in world coordinates."""
+
+    vertices: Floats
+    """(N, 3)."""
+    triangles: Integers
+    """(F, 3)."""
+    surface: Integers
+    """(F,): the surface that each triangle belongs to."""
+
+    @cached_property
+    def joining(self) -> tuple[Floats, Integers]:
+        """Places (P, 3) of vertices, where normals differ one for several; and which (N,) is that of each vertex."""
+        places, number = np.unique(self.vertices, axis=0, return_inverse=True)
+        return places, number.reshape(-1)
+
+    @property
+    def places(self) -> Floats:
+        """(P, 3): where there are vertices."""
+        return self.joining[0]
+
+    @property
+    def joined(self) -> Integers:
+        """(F, 3): triangles of places, so that those that touch have vertices in common."""
+        return self.joining[1][self.triangles]
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """A scene and its surfaces, numbered from 0."""
+
+    scene: Any
+    areas: Floats
+    """(Z,): true area of each surface; NaN where a shape cannot tell it."""
+    names: list[str]
+    """Of the surfaces; empty where they are faces."""
+    mesh: Mesh
+    centre: Floats
+    """(3,): of the bounding box."""
+    radius: float
+    """Of the sphere around ``centre`` that holds all vertices, and the corners of the boxes of what has none."""
+    first_face: Any
+    """mi.UInt32 by Mitsuba's number of a shape: the number of its first face."""
+    surface_of_face: Any
+    """mi.UInt32 by number of face, or None where faces are the surfaces."""
+
+    @property
+    def count(self) -> int:
+        """Number of surfaces Z."""
+        return len(self.areas)
+
+    @property
+    def areas_known(self) -> bool:
+        """Whether all true areas are."""
+        return bool(np.all(np.isfinite(self.areas)))
+
+    def surface(self, found: Any) -> Any:
+        """Return the surface (mi.UInt32) of preliminary intersections; of those that miss, any number below Z."""
+        hit = found.is_valid()
+        instance = dr.reinterpret_array(mi.UInt32, found.instance)
+        shape = dr.reinterpret_array(mi.UInt32, found.shape)
+        whole = instance != 0
+        face = dr.gather(mi.UInt32, self.first_face, dr.select(whole, instance, shape), hit)
+        face += dr.select(hit & ~whole, found.prim_index, 0)
+        return face if self.surface_of_face is None else dr.gather(mi.UInt32, self.surface_of_face, face, hit)
+
+
+def open_subject(scene: Any, surfaces: str = "face", groups: Sequence[int] | NDArray | None = None) -> Subject:
+    """Return a loaded ``mi.Scene`` as a subject.
+
+    ``groups``: the surface of every face in the order of the scene's shapes, instead of ``surfaces``. Raises SceneError
+    for a scene without shapes, SettingsError for an unknown kind of surface.
+    """
+    if surfaces not in SURFACES:
+        raise SettingsError(f"Unknown kind of surface '{surfaces}'; choose one of {', '.join(SURFACES)}.")
+    shapes = list(scene.shapes())
+    counts = np.array([shape.primitive_count() for shape in shapes], np.int64)
+    if counts.sum() == 0:
+        raise SceneError("There is nothing to look at: the scene has no shape, or its meshes have no face.")
+    first = np.cumsum(counts) - counts
+    surface, names = number_surfaces(shapes, counts, surfaces) if groups is None else (np.asarray(groups), [])
+    mesh, face_areas = gather_mesh(shapes, counts, surface)
+    numbers = [int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))[0]) for shape in shapes]
+    table = np.zeros(max(numbers) + 1, np.uint32)
+    table[numbers] = first
+    corners = [mesh.vertices] if len(mesh.vertices) else []
+    corners += [box_corners(shape) for shape in shapes if not shape.is_mesh() and shape.primitive_count()]
+    points = np.concatenate(corners)
+    centre = (points.min(axis=0) + points.max(axis=0)) / 2
+    radius = float(np.linalg.norm(points - centre, axis=-1).max())
+    check_size(centre, radius)
+    faces_are_surfaces = groups is None and surfaces == "face"
+    return Subject(
+        scene=scene,
+        areas=np.bincount(surface, face_areas, int(surface.max()) + 1).astype(np.float64),
+        names=names,
+        mesh=mesh,
+        centre=centre,
+        radius=radius,
+        first_face=upload(mi.UInt32, table),
+        surface_of_face=None if faces_are_surfaces else upload(mi.UInt32, surface),
+    )
+
+
+def check_size(centre: Floats, radius: float) -> None:
+    """Raise SceneError for what single precision, with which rays are traced, would not see as it is."""
+    if not np.isfinite(radius) or radius > LARGEST:
+        raise SceneError(f"What there is to look at has a radius of {radius:.3g}; make it at most {LARGEST:g}.")
+    far = float(np.abs(centre).max())
+    if far * NEAREST > radius > 0:
+        raise SceneError(
+            f"What there is to look at has a radius of {radius:.3g} and is {far:.3g} from the origin, where single "
+            "precision cannot tell its parts; move it nearer."
+        )
+
+
+def number_surfaces(shapes: list[Any], counts: Integers, surfaces: str) -> tuple[Integers, list[str]]:
+    """Return the surface of every face, and the names of the surfaces."""
+    if surfaces == "face":
+        return np.arange(counts.sum()), []
+    named = shapes if surfaces == "shape" else [shape.bsdf() for shape in shapes]
+    keys: dict[int, int] = {}
+    number = [keys.setdefault(id(each) if each is not None else 0, len(keys)) for each in named]
+    names = [""] * len(keys)
+    for each, k in zip(named, number, strict=True):
+        names[k] = each.id() if each is not None else "no bsdf"
+    return np.repeat(number, counts), names
+
+
+def gather_mesh(shapes: list[Any], counts: Integers, surface: Integers) -> tuple[Mesh, Floats]:
+    """Return the triangles of all meshes, and the true area of every face."""
+    vertices, triangles, owners, areas = [], [], [], []
+    placed = begin = 0
+    for shape, count in zip(shapes, counts, strict=True):
+        if shape.is_mesh():
+            corners = np.array(shape.vertex_positions_buffer(), np.float64).reshape(-1, 3)
+            faces = np.array(shape.faces_buffer(), np.int64).reshape(-1, 3)
+            used, faces = np.unique(faces, return_inverse=True)  # others would widen the sphere around the subject
+            corners, faces = corners[used], faces.reshape(-1, 3)
+            vertices.append(corners)
+            triangles.append(faces + placed)
+            owners.append(surface[begin : begin + count])
+            a, b, c = corners[faces].transpose(1, 0, 2)
+            areas.append(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=-1))
+            placed += len(corners)
+        elif count:
+            areas.append(np.full(count, area_of(shape) / count))
+        begin += count
+    none: Floats = np.zeros((0, 3))
+    mesh = Mesh(
+        np.concatenate([none, *vertices]),
+        np.concatenate([none.astype(np.int64), *triangles]),
+        np.concatenate([np.zeros(0, np.int64), *owners]),
+    )
+    return mesh, np.concatenate(areas)
+
+
+def area_of(shape: Any) -> float:
+    """Return the area of a shape that is no mesh; NaN of one that cannot tell, as instances and curves."""
+    try:
+        area = float(shape.surface_area()[0])
+    except RuntimeError:  # that is how Mitsuba says that a kind of shape has no area
+        return float("nan")
+    return area if area > 0 else float("nan")
+
+
+def box_corners(shape: Any) -> Floats:
+    """Return two opposite corners (2, 3) of the bounding box of a shape."""
+    box = shape.bbox()
+    return np.array([np.array(box.min).ravel(), np.array(box.max).ravel()], np.float64)
