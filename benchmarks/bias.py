@@ -24,7 +24,7 @@ from rich.progress import track
 import tracer
 from tracer.film import bias
 from tracer.image import metrics
-from tracer.io import exr
+from tracer.io import atomic
 from tracer.scene import load
 from tracer.study.gains import gain
 
@@ -119,8 +119,8 @@ def write(output: Path, rows: list[Row]) -> None:
         f"uniform samples; {platform.machine()}. Bias: error of a picture's mean and its 95 % interval. Gain: relMSE "
         "of uniform samples over that of the default, same samples. Spread: standard deviation of a picture's mean.\n"
     )
-    exr.write_text(output / "results.json", json.dumps([asdict(row) for row in rows], indent=1) + "\n")
-    exr.write_text(output / "results.md", f"# Bias\n\n{conditions}\n{table(rows)}")
+    atomic.write_text(output / "results.json", json.dumps([asdict(row) for row in rows], indent=1) + "\n")
+    atomic.write_text(output / "results.md", f"# Bias\n\n{conditions}\n{table(rows)}")
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ from tracer.progress import Progress
 def at_once(monkeypatch):
     """Show after every pass, and make the passes small."""
     monkeypatch.setattr(live, "LEAST_SECONDS", 0.0)
-    monkeypatch.setattr("tracer.adaptive.schedule.PASS_SIZES", (500, 500, 500))
+    monkeypatch.setattr("tracer.sampling.passes.PASS_SIZES", (500, 500, 500))
     monkeypatch.setattr("tracer.session.local_drawer.PASS_SIZES", (500, 500, 500))
 
 

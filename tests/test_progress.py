@@ -101,7 +101,7 @@ def test_words_name_a_total_only_where_it_is_certain():
 
 @pytest.mark.parametrize("settings", [{"spp": 32}, {"noise": 0.05, "spp": 128}, {"noise": 0.2}, {"time": 1.0}])
 def test_a_render_tells_of_its_end(cornell, monkeypatch, settings):
-    monkeypatch.setattr("tracer.adaptive.schedule.PASS_SIZES", (700, 700, 700))
+    monkeypatch.setattr("tracer.sampling.passes.PASS_SIZES", (700, 700, 700))
     monkeypatch.setattr("tracer.session.local_drawer.PASS_SIZES", (700, 700, 700))
     seen = []
     result = tracer.render(cornell(), progress=seen.append, **settings)

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 
 import tracer
 from tracer.core.quantities import mean_count
-from tracer.io.exr import read_metadata, write_result
+from tracer.io.exr import read_metadata
 from tracer.result import histogram
-from tracer.session.output import metadata
+from tracer.session.output import metadata, write_result
 
 
 @given(st.lists(st.integers(0, 2**24), min_size=1, max_size=50))
@@ -59,7 +59,7 @@ def test_a_render_that_was_stopped_says_after_what(cornell, settings, end):
 
 def test_a_round_that_was_cut_short_counts_in_the_noise(cornell, monkeypatch):
     """Stopped in the middle of a round, the noise is that of the picture and not of the last whole round."""
-    monkeypatch.setattr("tracer.adaptive.schedule.PASS_SIZES", (2000, 2000, 2000))
+    monkeypatch.setattr("tracer.sampling.passes.PASS_SIZES", (2000, 2000, 2000))
     monkeypatch.setattr("tracer.session.local_drawer.PASS_SIZES", (2000, 2000, 2000))
     said = []
 

@@ -11,11 +11,11 @@ from typing import Any
 from tracer import criteria
 from tracer.core import backend
 from tracer.core.plain_values import plain
+from tracer.core.suggest import nearest
 from tracer.errors import SettingsError
 from tracer.progress import ProgressCallback
 from tracer.result import Result
 from tracer.scene.fingerprint import fingerprint
-from tracer.scene.load_errors import nearest
 from tracer.scene.view import Crop, Size, open_scene
 from tracer.session.checkpoint import EVERY_SECONDS, open_keeper
 from tracer.session.render_loop import render_view

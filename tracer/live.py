@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from tracer.core.version import install_command
 from tracer.errors import OutputError, SettingsError
-from tracer.io import exr
+from tracer.image.colour import as_png, display
+from tracer.io import atomic, exr
 from tracer.progress import Progress, ProgressCallback
-from tracer.result import as_png, display
 
 logger = logging.getLogger(__name__)
 
@@ -57,7 +57,7 @@ def png(path: Path) -> Occasional:
 
     Raises OutputError at once if it cannot be written; later it only stops showing.
     """
-    exr.check_output(path, overwrite=True, suffixes=(".png",))
+    atomic.check_output(path, overwrite=True, suffixes=(".png",))
 
     def show(progress: Progress) -> None:
         try:

@@ -104,3 +104,7 @@ class Course:
         """Return the seconds that are expected to be left; None before a first pass has been timed."""
         by_samples = self.clock.seconds_for(self.expected(done, goal) - done)
         return None if by_samples is None else min(by_samples, self.clock.seconds_left())
+
+
+StepCallback = Callable[[str, int, int], bool | None]
+"""Called with what is under way and how much of how much is done; return False to stop."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import io
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +14,7 @@ from tracer.core.quantities import mean_count
 from tracer.denoising.postprocess import (
     Seen,  # not for types alone: Dr.Jit looks up the hints of what an integrator holds
 )
+from tracer.image.colour import as_png, display, heat
 from tracer.scene.frame import Frame, PlainFrame
 from tracer.settings import Settings
 
@@ -161,32 +160,6 @@ class Result:
             )
         )
         return f"<div>{pictures}</div>"
-
-
-def display(image: NDArray) -> NDArray[np.float64]:
-    """Return an image (H, W, C) as a screen shows it: RGB in [0, 1], encoded as sRGB. Alpha and AOVs are left out."""
-    from tracer.image.metrics import encode_srgb
-
-    colour = image[..., :3] if image.shape[-1] >= 3 else image[..., :1].repeat(3, axis=-1)
-    return encode_srgb(colour)
-
-
-def heat(values: NDArray) -> NDArray[np.float64]:
-    """Return counts (H, W) as a colour map (H, W, 3), logarithmic, dark for few."""
-    import matplotlib
-
-    logarithm = np.log2(np.maximum(values.astype(np.float64), 1e-6))
-    span = max(float(np.ptp(logarithm)), 1e-6)
-    return matplotlib.colormaps["magma"]((logarithm - logarithm.min()) / span)[..., :3]
-
-
-def as_png(picture: NDArray[np.float64]) -> str:
-    """Return a picture in [0, 1] as a PNG in base64."""
-    from matplotlib.image import imsave
-
-    stream = io.BytesIO()
-    imsave(stream, np.clip(picture, 0, 1), format="png")
-    return base64.b64encode(stream.getvalue()).decode()
 
 
 NAMED = 8

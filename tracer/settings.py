@@ -9,9 +9,9 @@ from pydantic_core import PydanticCustomError
 
 from tracer import criteria
 from tracer.core.plain_values import plain
+from tracer.core.suggest import known, nearest
 from tracer.errors import SettingsError
 from tracer.image.objective import OBJECTIVES
-from tracer.scene.load_errors import nearest
 
 MOST_PILOT_RAYS = 16
 UNBIASED_SHARE = 32
@@ -63,7 +63,7 @@ class Settings(BaseModel):
     importance: str | None = None
     """Image file whose values multiply the importance of each pixel: a mask or a weight, scaled to the picture."""
     shape_weights: dict[str, float] = Field(default_factory=dict)
-    """Factors of the importance of what shapes cover, by name (``tracer.scene.shape_names``); or "lamp=4, floor=0.5"."""
+    """Factors of the importance of what shapes cover, by ``tracer.scene.shape_names``; or "lamp=4, floor=0.5"."""
     block: int = Field(1, ge=1, le=64)
     """Side in pixels of the squares over which the complexity of IDs is measured."""
 
@@ -183,17 +183,6 @@ class Settings(BaseModel):
     def most_samples(self) -> int:
         """Most samples of any pixel."""
         return self.max_spp or 32 * self.spp
-
-
-def known(name: str, what: str, names: list[str]) -> str:
-    """Return ``name`` if it is one of ``names``; else raise ValueError with the nearest."""
-    if name in names:
-        return name
-    hint = nearest(name, names)
-    listed = ", ".join(sorted(names))
-    raise ValueError(
-        f"there is no {what} '{name}'" + (f", did you mean '{hint}'?" if hint else ".") + f" There are: {listed}"
-    )
 
 
 def make_settings(**values: Any) -> Settings:

@@ -9,7 +9,7 @@ from scipy import stats
 import tracer
 from tracer.adaptive.convergence import NoiseMeter, bound, errors, on_screen, seen, within
 from tracer.image import objective
-from tracer.image.metrics import encode_srgb, luminance
+from tracer.image.colour import encode_srgb, luminance
 from tracer.scene.frame import PlainFrame
 from tracer.settings import make_settings
 

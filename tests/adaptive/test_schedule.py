@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tracer.adaptive.schedule import GROWTH, PASS_SIZES, PRIORITY_GROWTH, even_pass, next_pass_size, round_goals
+from tracer.adaptive.schedule import GROWTH, PRIORITY_GROWTH, round_goals
+from tracer.sampling.passes import PASS_SIZES, even_pass, next_pass_size
 from tracer.settings import make_settings
 
 

@@ -11,7 +11,7 @@ import pytest
 from tracer.cli import guard
 from tracer.cli.signals import REPEATED_SECONDS
 from tracer.errors import SettingsError
-from tracer.io.exr import is_running
+from tracer.io.atomic import is_running
 
 PROGRAM = """
 import os, signal, sys, threading, time

@@ -18,7 +18,7 @@ from tracer import scenes
 from tracer.cluster import connection, messages, round_scheduler, work_balancer, worker_setup
 from tracer.cluster.connection import connected, own_cluster
 from tracer.errors import ClusterError
-from tracer.io.exr import is_running
+from tracer.io.atomic import is_running
 
 SCENE = Path(scenes.__file__).parent / "spheres_and_rods.xml"
 SETTINGS = {"size": 128, "spp": 64}

@@ -6,6 +6,7 @@ import pytest
 
 from tracer.adaptive.importance_map import weight_table
 from tracer.complexity import measures, pilot
+from tracer.core import device
 from tracer.sampling.samples import camera_ray
 from tracer.scene.view import open_scene
 
@@ -84,7 +85,7 @@ def test_blocks_cover_the_image(width, height, block):
 
 def test_multiplicity_is_a_count_of_equals():
     ids = np.random.default_rng(0).integers(0, 5, 60).astype(np.uint32)
-    found = np.array(pilot.multiplicity(mi.UInt32(ids), 12)).reshape(5, 12)
+    found = np.array(device.multiplicity(mi.UInt32(ids), 12)).reshape(5, 12)
     groups = ids.reshape(5, 12)
     assert np.array_equal(found, (groups[:, :, None] == groups[:, None, :]).sum(axis=-1))
 

@@ -6,7 +6,7 @@ import pytest
 from tracer import criteria
 from tracer.complexity import measures
 from tracer.criteria import generalised_entropies
-from tracer.image.metrics import LUMINANCE
+from tracer.image.colour import LUMINANCE
 
 from .made_up import evidence_of, importance, light, statistics_of
 

@@ -6,7 +6,7 @@ import pytest
 
 from tracer import criteria
 from tracer.criteria import half_buffers, luxcore
-from tracer.image.metrics import LUMINANCE
+from tracer.image.colour import LUMINANCE
 
 from .made_up import evidence_of, importance, light, statistics_of
 

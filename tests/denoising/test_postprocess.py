@@ -16,9 +16,10 @@ from tracer.errors import DenoiseError
 from tracer.film.estimate import Statistics
 from tracer.film.features import Features
 from tracer.image import metrics
-from tracer.image.metrics import luminance
+from tracer.image.colour import luminance
 from tracer.io import exr
 from tracer.scene.view import open_scene
+from tracer.session import output
 from tracer.session.output import metadata
 
 
@@ -28,7 +29,7 @@ def test_features_are_layers(cornell, tmp_path):
     assert seen.features.albedo.shape == (16, 24, 3)
     assert 0 < seen.features.depth.max() < 10
     assert len(seen.shape_names) >= seen.shapes.max() > 1
-    exr.write_result(tmp_path / "out.exr", result, metadata(result, "abc"))
+    output.write_result(tmp_path / "out.exr", result, metadata(result, "abc"))
     names, values, own = exr.read_exr(tmp_path / "out.exr")
     assert values[..., names.index("depth.Z")] == pytest.approx(seen.features.depth)
     assert np.array_equal(values[..., names.index("shape.Y")], seen.shapes)

@@ -5,7 +5,7 @@ import pytest
 import skimage.metrics
 
 from tracer.errors import ScoreError, TracerError
-from tracer.image import metrics
+from tracer.image import colour, metrics
 
 RNG = np.random.default_rng(3)
 REFERENCE = RNG.uniform(0, 1, (16, 20, 3))
@@ -14,7 +14,7 @@ IMAGE = np.clip(REFERENCE + RNG.normal(0, 0.05, REFERENCE.shape), 0, 1)
 
 def test_mse_and_psnr_are_those_of_scikit_image():
     assert metrics.mse(IMAGE, REFERENCE) == pytest.approx(skimage.metrics.mean_squared_error(REFERENCE, IMAGE))
-    encoded = metrics.encode_srgb(REFERENCE), metrics.encode_srgb(IMAGE)
+    encoded = colour.encode_srgb(REFERENCE), colour.encode_srgb(IMAGE)
     assert metrics.psnr(IMAGE, REFERENCE) == pytest.approx(
         skimage.metrics.peak_signal_noise_ratio(*encoded, data_range=1)
     )
@@ -27,7 +27,7 @@ def test_relative_mse_by_hand():
 
 def test_srgb_of_known_values():
     # IEC 61966-2-1: linear 0.214041 is half of the encoded range
-    assert metrics.encode_srgb([0.0, 0.21404114, 1.0, 7.0, -1.0]) == pytest.approx([0, 0.5, 1, 1, 0], abs=1e-6)
+    assert colour.encode_srgb([0.0, 0.21404114, 1.0, 7.0, -1.0]) == pytest.approx([0, 0.5, 1, 1, 0], abs=1e-6)
 
 
 def test_luminance_is_mitsubas():
@@ -35,7 +35,7 @@ def test_luminance_is_mitsubas():
 
     colour = [0.2, 0.7, 0.4]
     expected = mi.luminance(mi.Color3f(colour))[0]
-    assert metrics.luminance(np.array(colour)[None, None])[0, 0] == pytest.approx(expected, abs=1e-6)
+    assert colour.luminance(np.array(colour)[None, None])[0, 0] == pytest.approx(expected, abs=1e-6)
 
 
 def test_identical_images():
@@ -108,7 +108,7 @@ def test_structural_similarity_needs_its_window():
 @pytest.mark.parametrize("shape", [(4, 4, 4), (4, 4, 2), ()])
 def test_luminance_of_other_channels_is_refused(shape):
     with pytest.raises(ScoreError, match="has no luminance"):
-        metrics.luminance(np.zeros(shape))
+        colour.luminance(np.zeros(shape))
 
 
 def test_trimmed_error_forgets_fireflies():

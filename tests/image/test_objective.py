@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tracer.image import objective
-from tracer.image.metrics import encode_srgb
+from tracer.image.colour import encode_srgb
 
 
 def test_absolute_and_relative():

@@ -9,7 +9,8 @@ import pytest
 import tracer
 from conftest import files_of_at_most, small_scene
 from tracer.errors import OutputError, WriteError
-from tracer.io import exr
+from tracer.io import atomic, exr
+from tracer.session import output
 from tracer.session.output import metadata
 
 
@@ -20,7 +21,7 @@ def result(cornell):
 
 def test_exr_holds_all_layers_and_metadata(tmp_path, result):
     path = tmp_path / "out.exr"
-    exr.write_result(path, result, metadata(result, "abc"))
+    output.write_result(path, result, metadata(result, "abc"))
     names, values, own = exr.read_exr(path)
     stderr = [f"stderr.{c}" for c in "RGBA"]
     single = ("samples", "complexity", "importance", "cost")
@@ -44,7 +45,7 @@ def test_exr_holds_all_layers_and_metadata(tmp_path, result):
 
 def test_a_part_of_a_picture_is_shown_in_its_place(tmp_path, cornell):
     part = tracer.render(cornell(), spp=4, criterion="uniform", crop=(5, 3, 7, 6))
-    exr.write_result(tmp_path / "part.exr", part, {})
+    output.write_result(tmp_path / "part.exr", part, {})
     with exr.opened(tmp_path / "part.exr") as source:
         found = source.spec()
     assert (found.x, found.y, found.width, found.height) == (5, 3, 7, 6)
@@ -52,17 +53,17 @@ def test_a_part_of_a_picture_is_shown_in_its_place(tmp_path, cornell):
 
 
 def test_png_is_what_a_screen_shows(tmp_path, result):
-    exr.write_result(tmp_path / "out.png", result, {})
+    output.write_result(tmp_path / "out.png", result, {})
     _, values, _ = exr.read_exr(tmp_path / "out.png")
     assert values == pytest.approx(exr.display(result.image), abs=0.6 / 255)
 
 
 def test_a_failed_write_leaves_what_was_there(tmp_path):
     path = tmp_path / "table.txt"
-    exr.write_text(path, "old")
+    atomic.write_text(path, "old")
 
     def fail():
-        with exr.whole(path) as temporary:
+        with atomic.whole(path) as temporary:
             temporary.write_text("half")
             raise RuntimeError
 
@@ -82,18 +83,18 @@ def test_outputs_are_checked_before_the_work(tmp_path):
         ("out.jpg", "must end in .exr or .png"),
     ):
         with pytest.raises(OutputError, match=message):
-            exr.check_output(tmp_path / name)
-    assert exr.check_output(tmp_path / "there.exr", overwrite=True)
+            atomic.check_output(tmp_path / name)
+    assert atomic.check_output(tmp_path / "there.exr", overwrite=True)
     with pytest.raises(OutputError, match="Cannot read"):
         exr.read_exr(tmp_path / "there.exr")
 
 
 def test_a_folder_that_cannot_be_written(tmp_path):
     with pytest.raises(OutputError, match="Cannot write in folder"):
-        exr.check_output(exr.Path("/proc/out.exr"))
+        atomic.check_output(exr.Path("/proc/out.exr"))
     (tmp_path / "compare.json").write_text("")
     with pytest.raises(OutputError, match=r"compare\.json' exists"):
-        exr.prepare_folder(tmp_path, False, ("compare.json",))
+        atomic.prepare_folder(tmp_path, False, ("compare.json",))
 
 
 @pytest.mark.parametrize(
@@ -146,7 +147,7 @@ def test_a_picture_is_kept_where_there_is_room(tmp_path, small_disk, result, mon
     monkeypatch.setattr("tempfile.tempdir", str(elsewhere))
     disk = small_disk(8192)
     with pytest.raises(WriteError, match=r"out\.exr'.*The picture is kept as") as raised:
-        exr.write_result(disk / "out.exr", result, {})
+        output.write_result(disk / "out.exr", result, {})
     (kept,) = elsewhere.rglob("out.exr")
     assert f"'{disk / 'out.exr'}'" in str(raised.value)
     assert f"'{kept}'" in str(raised.value)
@@ -176,8 +177,8 @@ def test_every_channel_has_a_name_of_its_own_whatever_aovs_are_called(tmp_path, 
     integrator = {"type": "aov", "aovs": aovs, "image": {"type": "path"}}
     result = tracer.render(small_scene((6, 4), pixel_format="rgba"), integrator=integrator, spp=2, features=features)
     path = tmp_path / "out.exr"
-    exr.write_result(path, result, {})
-    own = exr.own_names(result.channels, exr.layers_of(exr.single_channels(result)))
+    output.write_result(path, result, {})
+    own = exr.own_names(result.channels, exr.layers_of(output.single_channels(result)))
     expected = dict(zip(own, np.moveaxis(result.image, -1, 0), strict=True))
     expected |= {f"stderr.{name}": result.stderr[..., k] for k, name in enumerate(own)}
     expected |= {f"{name}.Y": getattr(result, name) for name in ("samples", "complexity", "importance", "cost")}
@@ -215,7 +216,7 @@ def test_plain_rgb_is_what_mitsuba_takes_for_a_texture(tmp_path, pixel_format):
     scene = small_scene((6, 4), pixel_format=pixel_format)
     result = tracer.render(scene, integrator=aovs, spp=4, seed=3)
     path = tmp_path / "plain.exr"
-    exr.write_result(path, result, {"spp": 4}, "rgb")
+    output.write_result(path, result, {"spp": 4}, "rgb")
     names, values, own = exr.read_exr(path)
     assert (names, own["spp"]) == (["R", "G", "B"], 4)
     colours = {"rgba": slice(3), "luminance": [0, 0, 0], "xyz": slice(3)}[pixel_format]
@@ -241,4 +242,4 @@ def test_values_of_another_kind_are_written_as_float32(tmp_path):
 
 
 def test_a_number_that_no_process_has_is_nobodys():
-    assert exr.is_running(10**30)
+    assert atomic.is_running(10**30)

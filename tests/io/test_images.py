@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tracer.errors import LayerError, OutputError, ScoreError
-from tracer.image.metrics import decode_srgb, encode_srgb
+from tracer.image.colour import decode_srgb, encode_srgb
 from tracer.io.exr import write_exr, write_png
 from tracer.io.images import layers, read_picture, read_reference, score_pair
 

@@ -20,7 +20,7 @@ SETTINGS = {"spp": 32, "seed": 3}
 @pytest.fixture
 def small_passes(monkeypatch):
     """Make passes so small that a render has dozens of them."""
-    monkeypatch.setattr("tracer.adaptive.schedule.PASS_SIZES", (500, 500, 500))
+    monkeypatch.setattr("tracer.sampling.passes.PASS_SIZES", (500, 500, 500))
     monkeypatch.setattr("tracer.session.local_drawer.PASS_SIZES", (500, 500, 500))
 
 

@@ -172,7 +172,7 @@ def test_a_render_lets_go_of_its_scene(cornell):
 
 
 def test_a_stopped_unbiased_picture_has_no_holes(cornell, monkeypatch):
-    monkeypatch.setattr("tracer.adaptive.schedule.PASS_SIZES", (1000, 1000, 1000))
+    monkeypatch.setattr("tracer.sampling.passes.PASS_SIZES", (1000, 1000, 1000))
     with open_scene(cornell()) as view:
         rendering = Rendering(view, make_settings(spp=64, unbiased=True), Terms(lambda now: now.done < 0.3 * now.total))
         rendering.drawer.pass_size = 1000

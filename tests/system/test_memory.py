@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import tracer
-from tracer.adaptive.schedule import PASS_SIZES
 from tracer.errors import SettingsError
+from tracer.sampling.passes import PASS_SIZES
 from tracer.scene.frame import PlainFrame
 from tracer.session.memory import GIB, SMALLEST_PASS, largest_pass, need
 from tracer.settings import make_settings

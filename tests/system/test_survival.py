@@ -14,7 +14,8 @@ import pytest
 
 from conftest import LIT, PATIENCE
 from tracer import scenes
-from tracer.io.exr import is_running, read_exr, write_exr
+from tracer.io.atomic import is_running
+from tracer.io.exr import read_exr, write_exr
 from tracer.session import checkpoint
 
 SIZE = LIT.replace('value="12"', 'value="96"').replace('value="8"', 'value="64"')

@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from tracer.adaptive import budget
+from tracer.core.arrays import Floats
 from tracer.core.quantities import mean_count
 from tracer.criteria import Criterion, Evidence
 from tracer.film import bias
 from tracer.film.estimate import Statistics
 from tracer.settings import Settings
 
-Floats = NDArray[np.float64]
 Counts = NDArray[np.uint32]
 
 RAYS_PER_DECISION = 3.5

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tracer.core.arrays import Floats
 from tracer.errors import BudgetError
 
-Floats = NDArray[np.float64]
 SUITED_PIXELS, SUITED_STEPS = 4096, 14
 """How many pixels are looked at to find what makes rounded counts add up, and in how many steps."""
 

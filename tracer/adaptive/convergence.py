@@ -22,12 +22,12 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 from scipy.special import erf
 
+from tracer.core.arrays import Floats
 from tracer.image import objective
-from tracer.image.metrics import encode_srgb
+from tracer.image.colour import encode_srgb
 from tracer.scene.frame import Frame
 from tracer.settings import Settings
 
-Floats = NDArray[np.float64]
 LOOKED_AT = 1 << 16
 """About so many pixels are looked at, evenly spread."""
 STEPS = 60

@@ -9,19 +9,16 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from numpy.typing import NDArray
 from skimage.transform import resize
 
 from tracer.complexity import pilot
+from tracer.core.arrays import Floats
 from tracer.core.device import upload
 from tracer.errors import ScoreError, SettingsError
 from tracer.io.images import read_values
 from tracer.scene.shape_names import find_shapes
 from tracer.scene.view import View
 from tracer.settings import Settings
-
-Floats = NDArray[np.float64]
-
 
 Note = Callable[[str], Any]
 """Takes a sentence for the report."""

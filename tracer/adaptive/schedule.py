@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-from math import ceil, sqrt
+from math import sqrt
 
 from tracer.settings import Settings
 
 GROWTH = 2.0
 """After a round there are about this many times the samples that were there before it."""
-
-PASS_SIZES = (1 << 20, 1 << 21, 1 << 22)
-"""Samples per pass: enough to keep the threads busy, few enough for flat memory and a sign of life every second."""
-
-PASS_SECONDS = 1.5
-"""A pass takes no longer, unless the smallest does."""
 
 
 PRIORITY_GROWTH = 1.3
@@ -41,16 +35,3 @@ def round_goals(settings: Settings, needs_radiance: bool, pixel_count: int, grow
     if settings.time is not None and goals[0] > 1:
         goals.insert(0, 1)
     return [round(goal * pixel_count) for goal in goals]
-
-
-def even_pass(left: int, size: int, largest: int = PASS_SIZES[-1]) -> int:
-    """Return the samples of the next pass of ``left``, so that passes are about as long as ``size`` and each other.
-
-    None has more than ``largest``.
-    """
-    return ceil(left / max(round(left / size), ceil(left / largest)))
-
-
-def next_pass_size(rate: float) -> int:
-    """Return the samples of the next pass: the most of PASS_SIZES that take no more than PASS_SECONDS."""
-    return max((each for each in PASS_SIZES if each <= rate * PASS_SECONDS), default=PASS_SIZES[0])

@@ -19,12 +19,12 @@ def demo(
 
     Leaves tracer-demo.png and tracer-demo.md in the current folder. Example: tracer demo
     """
-    from tracer.io import exr
+    from tracer.io import atomic
 
-    exr.check_folder(output)
+    atomic.check_folder(output)
     picture, table = output / "tracer-demo.png", output / "tracer-demo.md"
     for path in (picture, table):
-        exr.check_output(path, overwrite, (path.suffix,))
+        atomic.check_output(path, overwrite, (path.suffix,))
 
     from tracer.cli.progress import steps
     from tracer.cli.show import simple_table

@@ -24,12 +24,13 @@ def merge(
 
     Example: tracer merge part1.ckpt part2.ckpt -o out.exr
     """
-    from tracer.io import exr
+    from tracer.io import atomic
+    from tracer.session.output import chosen_layers, write_result
 
-    exr.check_output(output, overwrite)
-    chosen = exr.chosen_layers(layers)
+    atomic.check_output(output, overwrite)
+    chosen = chosen_layers(layers)
     if checkpoint is not None:
-        exr.check_output(checkpoint, overwrite, suffixes=())
+        atomic.check_output(checkpoint, overwrite, suffixes=())
 
     from tracer.cli.render import in_words, summary
     from tracer.session.merge import merge as merge_files
@@ -37,7 +38,7 @@ def merge(
 
     result, whole = merge_files(checkpoints, checkpoint)
     own = {**metadata(result, whole.identity["scene"]), "sources": whole.sources}
-    exr.write_result(output, result, own, chosen)
+    write_result(output, result, own, chosen)
     if as_json:
         typer.echo(json.dumps({"output": str(output), **summary(result)}))
     elif not quiet:

@@ -21,7 +21,7 @@ def production_report(
     """
     from tracer.cli.progress import steps
     from tracer.core import backend
-    from tracer.io.exr import prepare_folder
+    from tracer.io.atomic import prepare_folder
 
     backend.activate()
     from tracer.study.production import everything

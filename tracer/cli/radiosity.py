@@ -55,14 +55,14 @@ def radiosity(
     from tracer.cli.progress import steps, watch
     from tracer.core import backend
     from tracer.errors import SceneError, SettingsError
-    from tracer.io import exr
+    from tracer.io import atomic
     from tracer.radiosity.remarks import other_than_diffuse, remarks, with_media
     from tracer.scene.fingerprint import fingerprint
     from tracer.scene.load import load
-    from tracer.session.output import metadata
+    from tracer.session.output import chosen_layers, metadata, write_result
 
-    exr.check_output(output, overwrite)
-    written = exr.chosen_layers(layers)
+    atomic.check_output(output, overwrite)
+    written = chosen_layers(layers)
     if patch is not None and not 0 < patch < float("inf"):
         raise SettingsError(f"The edge of a patch is a length above 0, not {patch:g}.")
     if not 0 < residual < 1:
@@ -93,7 +93,7 @@ def radiosity(
         typer.echo(sentence, err=True)
     with watch("Rendering", quiet) as progress:
         result = render(loaded, integrator=integrator, sensor=sensor, size=size, spp=spp, seed=seed, progress=progress)
-    exr.write_result(output, result, metadata(result, scene_hash), written)
+    write_result(output, result, metadata(result, scene_hash), written)
     if not quiet:
         found = integrator.solution
         typer.echo(

@@ -21,7 +21,7 @@ def radiosity_report(
     """
     from tracer.cli.progress import steps
     from tracer.core import backend
-    from tracer.io.exr import prepare_folder
+    from tracer.io.atomic import prepare_folder
 
     backend.activate()
     from tracer.radiosity.report import everything

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from tracer.cluster.work_balancer import Region
 from tracer.cluster.worker_setup import Work
+from tracer.core.arrays import Counts
 from tracer.film.estimate import Estimate, Statistics
-from tracer.sampling.wavefront import Counts, Stretch
+from tracer.sampling.wavefront import Stretch
 from tracer.scene.frame import Frame
 
 Gather = Callable[["Held"], Estimate]

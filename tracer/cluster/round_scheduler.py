@@ -20,11 +20,12 @@ from tracer.cluster.work_balancer import Region, deal, divide, seconds_of
 from tracer.cluster.work_pool import Pool, Unit
 from tracer.cluster.worker_setup import Setup, Work, software
 from tracer.cluster.worker_task import Took
+from tracer.core.arrays import Counts
 from tracer.criteria import Criterion
 from tracer.errors import SceneMissingError
 from tracer.film.estimate import Estimate
 from tracer.sampling.samples import moment_counts
-from tracer.sampling.wavefront import Counts, Stretch
+from tracer.sampling.wavefront import Stretch
 from tracer.scene.view import View
 from tracer.session.local_drawer import Pass
 

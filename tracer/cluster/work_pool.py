@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from tracer.cluster.work_balancer import Region, split_at
-from tracer.sampling.wavefront import Counts
+from tracer.core.arrays import Counts
 
 KEPT_SHARE = 0.35
 """Of the time of a worker's units."""

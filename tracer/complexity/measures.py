@@ -7,9 +7,9 @@ Logarithms are to base 2 unless said otherwise, as in the paper this project com
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Floats = NDArray[np.float64]
+from tracer.core.arrays import Floats
 
 
 def probabilities(counts: ArrayLike) -> Floats:

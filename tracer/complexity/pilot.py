@@ -18,11 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.complexity import measures
+from tracer.core.arrays import Floats
+from tracer.core.device import divide, multiplicity, numbers
 from tracer.core.hashing import mix
-from tracer.sampling.samples import camera_ray, divide
+from tracer.sampling.samples import camera_ray
 from tracer.scene.view import View
 
-Floats = NDArray[np.float64]
 PILOT_KEY = 0x9170
 """Keeps pilot rays apart from the samples that make the picture, of whatever seed."""
 MOST_RAYS = 1 << 22
@@ -207,21 +208,3 @@ def mean_over_shapes(view: View, sampler: Any, seed: int, rays: int, table: Any)
             weight *= dr.select(named, dr.gather(mi.Float, table, number, named), 1.0)
         parts.append(np.asarray(dr.block_sum(weight, rays).numpy(), np.float64).reshape(rows, width) / rays)
     return np.concatenate(parts)
-
-
-def numbers(found: Any) -> tuple[Any, Any]:
-    """Return Mitsuba's numbers (mi.UInt32) of the instance and the shape that were hit; 0 for none."""
-    return dr.reinterpret_array(mi.UInt32, found.instance), dr.reinterpret_array(mi.UInt32, found.shape)
-
-
-def multiplicity(ids: Any, group: int) -> Any:
-    """Return for each ID (mi.UInt32) how many of the ``group`` consecutive IDs it belongs to are equal to it."""
-    start = divide(dr.arange(mi.UInt32, dr.width(ids)), group)[0] * dr.opaque(mi.UInt32, group)
-    end = start + dr.opaque(mi.UInt32, group)
-
-    def step(other: Any, equal: Any) -> tuple[Any, Any]:
-        same = dr.gather(mi.UInt32, ids, other) == ids
-        return other + 1, equal + dr.select(same, mi.UInt32(1), mi.UInt32(0))
-
-    _, equal = dr.while_loop((start, dr.zeros(mi.UInt32, dr.width(ids))), lambda other, _: other < end, step)
-    return equal

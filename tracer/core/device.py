@@ -14,6 +14,8 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tracer.core.arrays import Floats
+
 ALIGNMENT = 64
 ROOM = 16 * 8
 """Bytes behind an array: a packet of the widest entries."""
@@ -50,3 +52,39 @@ def with_room(array: NDArray) -> NDArray:
     found = memory[begin : begin + array.nbytes].view(array.dtype)
     found.reshape(array.shape)[...] = array
     return found
+
+
+def divide(number: Any, divisor: int) -> tuple[Any, Any]:
+    """Return quotient and remainder of a mi.UInt32 by a number that is not compiled into the kernel."""
+    opaque = dr.opaque(mi.UInt32, divisor)
+    quotient = number // opaque
+    return quotient, number - quotient * opaque
+
+
+def to_unit(bits: Any) -> Any:
+    """Return mi.UInt32 as mi.Float in [0, 1)."""
+    return mi.Float(bits >> 8) * (1.0 / (1 << 24))
+
+
+def gather_rows(rows: Floats, index: Any) -> Any:
+    """Return the rows (N, 3) that ``index`` (mi.UInt32) names, as mi.Vector3f."""
+    table = upload(mi.Float, rows)
+    return mi.Vector3f(*(dr.gather(mi.Float, table, 3 * index + k) for k in range(3)))
+
+
+def numbers(found: Any) -> tuple[Any, Any]:
+    """Return Mitsuba's numbers (mi.UInt32) of the instance and the shape that were hit; 0 for none."""
+    return dr.reinterpret_array(mi.UInt32, found.instance), dr.reinterpret_array(mi.UInt32, found.shape)
+
+
+def multiplicity(ids: Any, group: int) -> Any:
+    """Return for each ID (mi.UInt32) how many of the ``group`` consecutive IDs it belongs to are equal to it."""
+    start = divide(dr.arange(mi.UInt32, dr.width(ids)), group)[0] * dr.opaque(mi.UInt32, group)
+    end = start + dr.opaque(mi.UInt32, group)
+
+    def step(other: Any, equal: Any) -> tuple[Any, Any]:
+        same = dr.gather(mi.UInt32, ids, other) == ids
+        return other + 1, equal + dr.select(same, mi.UInt32(1), mi.UInt32(0))
+
+    _, equal = dr.while_loop((start, dr.zeros(mi.UInt32, dr.width(ids))), lambda other, _: other < end, step)
+    return equal

@@ -7,7 +7,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Floats = NDArray[np.float64]
+from tracer.core.arrays import Floats
+
 Integers = NDArray[np.int64]
 GOLDEN = (1 + 5**0.5) / 2
 

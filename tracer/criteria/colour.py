@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.criteria.registry import Evidence, Floats
+from tracer.core.arrays import Floats
+from tracer.criteria.registry import Evidence
 from tracer.film.estimate import Statistics
-from tracer.image.metrics import luminance
+from tracer.image.colour import luminance
 
 Sums = tuple[list[Any], list[Any]]
 """What a criterion asks to be averaged over the samples of a pixel, and what it asks the maximum of."""

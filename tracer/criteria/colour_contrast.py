@@ -11,9 +11,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from tracer.core.arrays import Floats
 from tracer.criteria.colour import known, perceived, ranked
 from tracer.criteria.divergences import kullback_leibler_of, logarithms
-from tracer.criteria.registry import Evidence, Floats, criterion
+from tracer.criteria.registry import Evidence, criterion
 
 
 def contrast_of(evidence: Evidence) -> Floats:

@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from tracer.core.arrays import Floats
 from tracer.criteria.colour import Sums, colours, divided, grey_as_rgb, known, ranked
-from tracer.criteria.registry import Evidence, Floats, criterion
+from tracer.criteria.registry import Evidence, criterion
 
 THRESHOLDS = np.array([0.4, 0.3, 0.6])
 """Of red, green and blue."""

@@ -19,8 +19,9 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
+from tracer.core.arrays import Floats
 from tracer.criteria.colour import Sums, beyond_rounding, colours, divided, known, mean_colour, perceived, ranked
-from tracer.criteria.registry import Evidence, Floats, criterion
+from tracer.criteria.registry import Evidence, criterion
 
 
 def logarithms(colour: list[Any], index: Any) -> Sums:

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from tracer.core.arrays import Floats
 from tracer.criteria.floor import over_floor
-from tracer.criteria.registry import Evidence, Floats, criterion
+from tracer.criteria.registry import Evidence, criterion
 
 
 @criterion("face_entropy", needs_radiance=False)

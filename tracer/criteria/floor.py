@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tracer.criteria.registry import Floats
+from tracer.core.arrays import Floats
 
 FLOOR = 0.3
 """Without it allocating by geometry loses to uniform sampling on most scenes; with it it is harmless."""

@@ -24,10 +24,9 @@ from scipy.ndimage import gaussian_filter, uniform_filter
 from scipy.optimize import nnls
 
 from tracer.complexity.pilot import Complexity
-from tracer.criteria.registry import Evidence, Floats, criterion
+from tracer.core.arrays import Floats, Singles
+from tracer.criteria.registry import Evidence, criterion
 from tracer.film.estimate import Statistics
-
-Singles = NDArray[np.float32]
 
 FINE = (0.5, 1.0)
 """Standard deviations in pixels of the narrow Gaussians over which variances are smoothed."""

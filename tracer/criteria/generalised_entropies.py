@@ -19,8 +19,9 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
+from tracer.core.arrays import Floats
 from tracer.criteria.colour import Sums, beyond_rounding, colours, divided, known, mean_colour, perceived, ranked
-from tracer.criteria.registry import Evidence, Floats, criterion
+from tracer.criteria.registry import Evidence, criterion
 
 INDEX = 2.0
 """q and a, not 1. The papers fit it to their scenes; with 2 the entropy is a function of the relative variance."""

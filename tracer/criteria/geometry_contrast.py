@@ -8,8 +8,9 @@ the whole budget at once, over the floor of ``shape_entropy``, so that the pictu
 
 from __future__ import annotations
 
+from tracer.core.arrays import Floats
 from tracer.criteria.floor import over_floor
-from tracer.criteria.registry import Evidence, Floats, criterion
+from tracer.criteria.registry import Evidence, criterion
 
 
 @criterion("geometry_contrast", needs_radiance=False)

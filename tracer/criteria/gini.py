@@ -8,8 +8,9 @@ It stands on the floor of all criteria that see geometry alone (``floor``).
 
 from __future__ import annotations
 
+from tracer.core.arrays import Floats
 from tracer.criteria.floor import over_floor
-from tracer.criteria.registry import Evidence, Floats, criterion
+from tracer.criteria.registry import Evidence, criterion
 
 
 @criterion("shape_gini", needs_radiance=False)

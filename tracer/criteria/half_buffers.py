@@ -19,8 +19,9 @@ import drjit as dr
 import numpy as np
 from scipy.ndimage import maximum_filter
 
+from tracer.core.arrays import Floats
 from tracer.criteria.colour import Sums, colours, divided, grey_as_rgb, known, ranked
-from tracer.criteria.registry import Evidence, Floats, criterion
+from tracer.criteria.registry import Evidence, criterion
 
 EPSILON = 1e-4
 FILTER_SIZE = 3

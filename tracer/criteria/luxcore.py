@@ -12,8 +12,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import uniform_filter
 
+from tracer.core.arrays import Floats
 from tracer.criteria.colour import colours, divided, grey_as_rgb, known
-from tracer.criteria.registry import Evidence, Floats, criterion
+from tracer.criteria.registry import Evidence, criterion
 from tracer.film.estimate import Statistics
 
 STRENGTH = 0.95

@@ -14,16 +14,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tracer.core.arrays import Floats
 from tracer.errors import SettingsError
 
 if TYPE_CHECKING:
     from tracer.complexity.pilot import Complexity
     from tracer.film.estimate import Statistics
     from tracer.sampling.samples import Moments
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -12,11 +12,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from tracer.core.arrays import Floats
 from tracer.criteria.colour import divided, mean_colour, perceived, ranked
 from tracer.criteria.colour_contrast import contrast_of
 from tracer.criteria.divergences import logarithms
-from tracer.criteria.registry import Evidence, Floats, criterion
-from tracer.image.metrics import luminance
+from tracer.criteria.registry import Evidence, criterion
+from tracer.image.colour import luminance
 
 DELTA = 0.5
 """Weight of colour against geometry: the papers leave it to the user."""

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from tracer.criteria.registry import Evidence, Floats, criterion
+from tracer.core.arrays import Floats
+from tracer.criteria.registry import Evidence, criterion
 
 REFINED = 32.0 / 4.0
 """Samples of a pixel that is refined over those of one that is not."""

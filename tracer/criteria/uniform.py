@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from tracer.criteria.registry import Evidence, Floats, criterion
+from tracer.core.arrays import Floats
+from tracer.criteria.registry import Evidence, criterion
 
 
 @criterion("uniform", needs_radiance=False)

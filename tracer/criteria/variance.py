@@ -8,7 +8,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from tracer.criteria.registry import Evidence, Floats, criterion
+from tracer.core.arrays import Floats
+from tracer.criteria.registry import Evidence, criterion
 from tracer.film.estimate import Statistics
 
 RADIUS = 1.0

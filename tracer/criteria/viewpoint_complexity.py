@@ -8,8 +8,9 @@ surface; so an empty background has least, and edges beyond it do not matter unl
 
 from __future__ import annotations
 
+from tracer.core.arrays import Floats
 from tracer.criteria.floor import over_floor
-from tracer.criteria.registry import Evidence, Floats, criterion
+from tracer.criteria.registry import Evidence, criterion
 
 
 @criterion("viewpoint_complexity", needs_radiance=False)

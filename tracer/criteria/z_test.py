@@ -12,9 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from tracer.core.arrays import Floats
 from tracer.criteria.colour import Sums, beyond_rounding, colours, divided, known, ranked
-from tracer.criteria.registry import Evidence, Floats, criterion
-from tracer.image.metrics import LUMINANCE, luminance
+from tracer.criteria.registry import Evidence, criterion
+from tracer.image.colour import LUMINANCE, luminance
 
 Z = 1.959964
 """Two-sided, of a normal distribution."""

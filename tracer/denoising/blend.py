@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, maximum_filter
 
-from tracer.image import metrics, objective
+from tracer.core.arrays import Floats
+from tracer.image import colour, objective
 
-Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 SMOOTH = 3.0
 """Standard deviation in pixels over which squared errors are averaged."""
@@ -72,7 +72,7 @@ def errors_of(
     ``tracer.adaptive.convergence``; None: that is not known. ``certain`` (H, W): whose samples know how bright the
     pixel is; none, by default. ``telling`` (H, W): see ``Errors``; all of them, by default.
     """
-    weight = objective.weights("relative", metrics.luminance(clean))
+    weight = objective.weights("relative", colour.luminance(clean))
     by_error, by_own = (
         weight * np.mean(each, axis=-1, dtype=np.float64) for each in (np.square(stderr, dtype=np.float64), own)
     )

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.core.arrays import Singles
 from tracer.core.version import install_command
 from tracer.errors import DenoiseError
 
-Singles = NDArray[np.float32]
 MARGIN = 16
 """Pixels that each side is continued by, reflected. Open Image Denoise takes what lies outside for black: a constant
 picture comes back up to 15 % too bright or dark at its edge, a single pixel five times too dark; with these, 0.2 %."""

@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation, grey_opening, maximum_filter, median_filter, uniform_filter
 
-from tracer.image import metrics
+from tracer.image import colour
 
-Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 CONTRAST = 30.0
 """Times its surroundings from which on a lamp is smeared: at 30 by 2 % of itself, at 300 by 10, at 3,000 by 40."""
@@ -55,7 +54,7 @@ def find_outliers(mean: NDArray, own: NDArray, count: NDArray) -> Outliers:
     ``own`` (H, W, 3): squared standard errors, from these samples alone. Bright pixels that touch certain ones belong
     to them: the edge of a lamp, which few samples of a pixel see.
     """
-    brightness = metrics.luminance(mean)
+    brightness = colour.luminance(mean)
     squared, error = (np.mean(each, axis=-1, dtype=np.float64) for each in (np.square(mean), own))
     certain = (count >= LEAST_COUNT) & (squared >= CERTAIN**2 * error)
     opened = grey_opening(median_filter(brightness, 3, mode="nearest"), SMALL, mode="nearest")
@@ -79,5 +78,5 @@ def within_reach(mean: NDArray, image: NDArray, outliers: Outliers, reach: int) 
     These are also pixels beside certain ones that are as much brighter: at the edge of a large lamp.
     """
     spread = maximum_filter(outliers.mask, 2 * reach + 1)
-    brightest = maximum_filter(np.where(outliers.certain, metrics.luminance(mean), 0.0), 2 * reach + 3)
-    return spread | (brightest > CONTRAST * np.maximum(metrics.luminance(image), 0.0))
+    brightest = maximum_filter(np.where(outliers.certain, colour.luminance(mean), 0.0), 2 * reach + 3)
+    return spread | (brightest > CONTRAST * np.maximum(colour.luminance(image), 0.0))

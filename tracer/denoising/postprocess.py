@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
+from tracer.core.arrays import Singles
 from tracer.denoising.blend import blend, errors_of, share_of_noisy
 from tracer.denoising.oidn import denoise
 from tracer.denoising.outliers import find_outliers, own_errors, taken_out, within_reach
@@ -17,7 +18,6 @@ from tracer.film.estimate import PRIOR_RADIUS, Statistics
 from tracer.film.features import Features, draw_features, shape_numbers
 from tracer.scene.view import View
 
-Singles = NDArray[np.float32]
 HEAVY = 2.0
 """Times the noise that pixel means do not tell of: few samples hold much of it, and a mean square says too little."""
 

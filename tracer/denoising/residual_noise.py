@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
+from tracer.core.arrays import Floats
 from tracer.denoising.oidn import denoise
 from tracer.denoising.outliers import find_outliers, own_errors, taken_out
 from tracer.film.estimate import Statistics
@@ -22,7 +23,6 @@ from tracer.film.features import Features, draw_features
 from tracer.image import objective
 from tracer.scene.view import View
 
-Floats = NDArray[np.float64]
 RAYS = 8
 """For features, per pixel: more would improve what is denoised by a hundredth."""
 SMOOTH = 3.0

@@ -24,10 +24,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
+from tracer.core.arrays import Singles
 from tracer.film.estimate import Statistics
 from tracer.scene.frame import Frame
-
-Singles = NDArray[np.float32]
 
 AROUND, NEXT_TO = 13, 5
 """Sides in pixels of the square over whose pixels a round is weighed, and of the one in its middle that is left out."""

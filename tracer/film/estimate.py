@@ -18,14 +18,13 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.core.device import numpy_kind, upload
+from tracer.core.device import divide, numpy_kind, upload
 from tracer.film.pixel_sums import Tree, bands
-from tracer.sampling.samples import Samples, divide
+from tracer.sampling.samples import Samples
 from tracer.sampling.wavefront import Window
 from tracer.scene.frame import Frame
 from tracer.scene.view import View
 
-Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 PRIOR_RADIUS, PRIOR_DEGREES = 3, 16.0
 """Pixels on each side, and the degrees of freedom that they stand for, of the variance around a pixel. With 7 x 7 and

@@ -11,16 +11,14 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.adaptive.schedule import PASS_SIZES, even_pass
-from tracer.complexity.pilot import numbers
-from tracer.core.device import upload
+from tracer.core.arrays import Singles
+from tracer.core.device import divide, numbers, upload
 from tracer.film.estimate import Estimate
 from tracer.sampling import samples
-from tracer.sampling.samples import divide
+from tracer.sampling.passes import PASS_SIZES, even_pass
 from tracer.sampling.wavefront import lane_pixels, line_of
 from tracer.scene.view import View
 
-Singles = NDArray[np.float32]
 MOST = 32
 """Rays per pixel by default. The albedo of the bundled scenes is then off by 0.001 to 0.004 and the normal by 0.002 to
 0.006 (RMS), and 128 rays improve denoised pictures by 2 % in squared error. In pictures of a megapixel they take 5 to

@@ -9,14 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from tracer.core.arrays import Floats
 from tracer.errors import ScoreError
+from tracer.image.colour import encode_srgb, luminance
 from tracer.image.objective import EPSILON
 
-Floats = NDArray[np.float64]
-LUMINANCE = np.array([0.212671, 0.715160, 0.072169])
-"""Weights of linear sRGB in luminance, those of ``mi.luminance``."""
 SSIM_WINDOW = 7
 """Pixels a side of scikit-image's default window."""
 DARK, MOST_STOPS = 2e-7, 24.0
@@ -55,14 +54,6 @@ def all_scores(image: ArrayLike, reference: ArrayLike) -> Scores:
         flip(image, reference),
         bias(image, reference),
     )
-
-
-def luminance(image: ArrayLike) -> Floats:
-    """Return the luminance (H, W) of a linear image (H, W, 3) or (H, W, 1). Raises ScoreError for other channels."""
-    image = np.asarray(image, np.float64)
-    if image.ndim == 0 or image.shape[-1] not in (1, 3):
-        raise ScoreError(f"An image of shape {image.shape} has no luminance; give 3 channels, or 1 of a grey image.")
-    return image @ LUMINANCE if image.shape[-1] == 3 else image[..., 0]
 
 
 def mse(image: ArrayLike, reference: ArrayLike) -> float:
@@ -121,18 +112,6 @@ def ssim(image: ArrayLike, reference: ArrayLike) -> float:
 
     image, reference = comparable(image, reference, least_side=SSIM_WINDOW)
     return float(structural_similarity(encode_srgb(image), encode_srgb(reference), data_range=1.0, channel_axis=-1))
-
-
-def encode_srgb(linear: ArrayLike) -> Floats:
-    """Return linear values clipped to [0, 1] and encoded with the sRGB curve (IEC 61966-2-1)."""
-    linear = np.clip(np.asarray(linear, np.float64), 0.0, 1.0)
-    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
-
-
-def decode_srgb(encoded: ArrayLike) -> Floats:
-    """Return the linear values of values in [0, 1] that are encoded with the sRGB curve."""
-    encoded = np.asarray(encoded, np.float64)
-    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
 
 
 def comparable(

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.core.suggest import nearest
 from tracer.errors import LayerError, ScoreError
-from tracer.image.metrics import SSIM_WINDOW, comparable, decode_srgb, require_finite
+from tracer.image.colour import decode_srgb
+from tracer.image.metrics import SSIM_WINDOW, comparable, require_finite
 from tracer.io.exr import opened, said
-from tracer.scene.load_errors import nearest
 
 COMBINED = "Combined"
 """What Blender calls the layer of the finished picture."""

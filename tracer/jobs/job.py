@@ -11,9 +11,9 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
+from tracer.core.suggest import nearest
 from tracer.errors import SettingsError
-from tracer.io import exr
-from tracer.scene.load_errors import nearest
+from tracer.io import atomic
 from tracer.session.shards import parse_part
 from tracer.settings import Settings, in_one_sentence
 
@@ -242,8 +242,8 @@ def check_outputs(shots: list[Shot], job: Job) -> None:
     """Raise OutputError if any file of a job cannot be written, before the first is rendered."""
     for shot in shots:
         if shot.output is not None:
-            exr.check_output(shot.output, job.overwrite or job.resume)
+            atomic.check_output(shot.output, job.overwrite or job.resume)
         if shot.checkpoint is not None:
-            exr.check_output(shot.checkpoint, job.overwrite or job.resume, suffixes=())
+            atomic.check_output(shot.checkpoint, job.overwrite or job.resume, suffixes=())
         if shot.live is not None:
-            exr.check_output(shot.live, overwrite=True, suffixes=(".png",))
+            atomic.check_output(shot.live, overwrite=True, suffixes=(".png",))

@@ -13,14 +13,15 @@ from tracer import live
 from tracer.core import backend
 from tracer.core.wording import option
 from tracer.errors import SceneError, SettingsError, WriteError
+from tracer.image.colour import display
 from tracer.io import exr
 from tracer.jobs.job import Job, Shot, check_frames, check_outputs, shots_of
 from tracer.progress import ProgressCallback
-from tracer.result import Result, display
+from tracer.result import Result
 from tracer.scene.fingerprint import fingerprint
 from tracer.scene.load import describe, load
 from tracer.scene.view import open_scene, pick_sensor
-from tracer.session import checkpoint, memory
+from tracer.session import checkpoint, memory, output
 from tracer.session.checkpoint import Keeper
 from tracer.session.output import metadata
 from tracer.session.render_loop import render_view
@@ -126,10 +127,10 @@ def picture(
         result = render_view(view, settings, terms)
     own = job.model_dump(mode="json", exclude={"settings", "overwrite", "resume"}, exclude_none=True)
     if shot.output is not None:
-        if shot.output.suffix.lower() == ".exr" and job.layers == "all" and (renamed := exr.renamed_layers(result)):
+        if shot.output.suffix.lower() == ".exr" and job.layers == "all" and (renamed := output.renamed_layers(result)):
             result.report.note(f"Layers of tracer have the names of AOVs, which are written as {', '.join(renamed)}.")
         try:
-            exr.write_result(shot.output, result, {**metadata(result, scene_hash), "job": own}, job.layers)
+            output.write_result(shot.output, result, {**metadata(result, scene_hash), "job": own}, job.layers)
         except WriteError as error:
             raise WriteError(f"{error} {kept(keeper)}".rstrip()) from None
     if shot.live is not None:

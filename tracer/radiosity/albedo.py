@@ -7,13 +7,11 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from numpy.typing import NDArray
 
+from tracer.core.arrays import Floats
+from tracer.core.device import divide, to_unit
 from tracer.core.hashing import GOLDEN_RATIO, mix
-from tracer.sampling.samples import divide
-from tracer.viewpoint.item_buffer import to_unit
 
-Floats = NDArray[np.float64]
 TRIES = 64
 """Directions that a material that is not diffuse is asked for, at each place."""
 MIRROR = 0.99

@@ -22,13 +22,12 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from numpy.typing import NDArray
 
+from tracer.core.arrays import Floats
 from tracer.core.device import upload
 from tracer.core.sphere import normalised
 from tracer.radiosity.triangle_hierarchy import pyramid
 
-Floats = NDArray[np.float64]
 COLUMNS = 8
 STEPS = 5
 """Of Newton's method: from the middle of a density taken as linear to what single precision can tell apart."""

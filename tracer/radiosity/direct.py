@@ -8,15 +8,14 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from numpy.typing import NDArray
 
+from tracer.core.arrays import Floats
+from tracer.core.device import divide
 from tracer.radiosity.hemisphere import MOST_RAYS
 from tracer.radiosity.irradiance import sums_of_rays
 from tracer.radiosity.lattice import lattice
 from tracer.radiosity.patches import Patches
-from tracer.sampling.samples import divide
 
-Floats = NDArray[np.float64]
 Told = Callable[[str, int, int], None]
 """Called with what is under way, how much of it is done, and how much there is. May raise to stop."""
 

@@ -12,15 +12,14 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from numpy.typing import NDArray
 
+from tracer.core.arrays import Floats
 from tracer.radiosity.albedo import not_diffuse
 from tracer.radiosity.hemisphere import NOTHING, See
 from tracer.radiosity.patches import Patches, look_up, on_device
 from tracer.radiosity.tessellate import sagitta
 from tracer.radiosity.warp import Warp
 
-Floats = NDArray[np.float64]
 MIDDLING = 0.5 / np.pi
 """Density of a ray that leaves as the cosine does, at 60 degrees."""
 

@@ -16,6 +16,7 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.core.arrays import Floats
 from tracer.core.device import upload
 from tracer.errors import SceneError, SettingsError
 from tracer.radiosity.direct import Told, direct_of_patches, silent
@@ -27,7 +28,6 @@ from tracer.radiosity.lattice import evenly
 from tracer.radiosity.patches import Patches, by_face
 from tracer.radiosity.warp import warped
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 MOST_ROUNDS = 1000
 HOPE = 50

@@ -15,10 +15,10 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.core.arrays import Floats
 from tracer.core.device import upload
 from tracer.core.hashing import mix
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 ALIKE = 0.9
 """Cosine that the normals of a group have at least with their mean."""

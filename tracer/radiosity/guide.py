@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.core.arrays import Floats
 from tracer.radiosity.groups import Groups
 from tracer.radiosity.hemisphere import HALVES, WHOLE, Division, Kind, Regions, See, subdivide
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 

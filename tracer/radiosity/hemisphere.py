@@ -16,17 +16,14 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.complexity.pilot import multiplicity
-from tracer.core.device import upload
+from tracer.core.arrays import Floats
+from tracer.core.device import divide, multiplicity, to_unit, upload
 from tracer.core.hashing import GOLDEN_RATIO, mix
 from tracer.radiosity.cosine_triangle import cosine_in_triangle, table_of
 from tracer.radiosity.groups import Groups
 from tracer.radiosity.lattice import spread
 from tracer.radiosity.triangle_hierarchy import Pyramid, pyramid
-from tracer.sampling.samples import divide
-from tracer.viewpoint.item_buffer import to_unit
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 MOST_RAYS = 1 << 22
 """In one wavefront."""

@@ -8,8 +8,8 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 
+from tracer.core.device import to_unit
 from tracer.core.hashing import GOLDEN_RATIO, mix
-from tracer.viewpoint.item_buffer import to_unit
 
 Way = Callable[[Any, Any, Any, int], tuple[Any, Any]]
 """From point, number of the ray and count of rays of the point (mi.UInt32), and a seed, to directions (mi.Vector3f), z

@@ -10,6 +10,7 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.core.arrays import Floats
 from tracer.core.device import upload
 from tracer.errors import SceneError
 from tracer.radiosity.albedo import albedo as albedo_of
@@ -18,7 +19,6 @@ from tracer.radiosity.patches import Patches
 from tracer.radiosity.remarks import other_than_diffuse
 from tracer.radiosity.tessellate import name_of, tessellated
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 MOST_PATCHES = 1 << 24
 EXTENT = 40

@@ -13,13 +13,11 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from numpy.typing import NDArray
 
+from tracer.core.arrays import Floats
 from tracer.core.device import upload
 from tracer.radiosity.groups import Points
 from tracer.radiosity.hemisphere import NOTHING, See
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

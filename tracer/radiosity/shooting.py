@@ -14,6 +14,7 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.core.arrays import Floats
 from tracer.core.device import upload
 from tracer.errors import SceneError
 from tracer.radiosity.direct import Told, silent
@@ -25,7 +26,6 @@ from tracer.radiosity.lattice import Way, evenly
 from tracer.radiosity.patches import Patches, by_face
 from tracer.radiosity.strata import Strata
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 AT_ONCE = 0.5
 """Share of what is left that a step sends."""

@@ -13,12 +13,12 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.core.arrays import Floats
 from tracer.core.device import upload
 from tracer.radiosity.hemisphere import NOTHING
 from tracer.radiosity.meshing import cell_corners, cells_of, corners_of
 from tracer.radiosity.patches import Patches, in_cell, look_up, on_device
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 FINENESS = 1 << 20
 """Places along the scene in which corners are told apart."""

@@ -14,12 +14,11 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from tracer.core.device import upload
+from tracer.core.device import to_unit, upload
 from tracer.core.hashing import GOLDEN_RATIO, mix
 from tracer.radiosity.cosine_triangle import cosine_in_triangle, table_of
 from tracer.radiosity.guide import Guide
 from tracer.radiosity.lattice import lattice, spread
-from tracer.viewpoint.item_buffer import to_unit
 
 SPARE = 1.01
 """Of each triangle's one sure ray: what single precision may take away."""

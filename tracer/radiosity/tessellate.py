@@ -14,10 +14,10 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.core.arrays import Floats
 from tracer.core.device import upload
 from tracer.errors import SceneError
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 LEAST, MOST = 12, 96
 """Parts around an axis."""

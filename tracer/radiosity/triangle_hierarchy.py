@@ -12,9 +12,9 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.core.arrays import Floats
 from tracer.core.sphere import angle, normalised, solid_angle, split
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 

@@ -16,13 +16,13 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.core.arrays import Floats
 from tracer.core.device import upload
 from tracer.core.sphere import normalised
 from tracer.radiosity.guide import Guide
 from tracer.radiosity.lattice import Way, evenly, lattice
 from tracer.radiosity.triangle_hierarchy import pyramid
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 WITHIN = 8
 """Places along each side of a cell where the triangle behind it is asked for."""

@@ -10,6 +10,7 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 
+from tracer.core.device import divide
 from tracer.scene.view import View
 
 logger = logging.getLogger(__name__)
@@ -179,10 +180,3 @@ def sample_radiance(view: View, sampler: Any, ray: Any) -> tuple[Any, Any, list[
         primal = dr.ADMode.Primal
         return view.integrator.sample(mode=primal, scene=view.scene, sampler=sampler, ray=ray, **nothing)[:3]
     return view.integrator.sample(view.scene, sampler, ray, view.sensor.get_medium())
-
-
-def divide(number: Any, divisor: int) -> tuple[Any, Any]:
-    """Return quotient and remainder of a mi.UInt32 by a number that is not compiled into the kernel."""
-    opaque = dr.opaque(mi.UInt32, divisor)
-    quotient = number // opaque
-    return quotient, number - quotient * opaque

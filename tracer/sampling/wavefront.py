@@ -20,12 +20,11 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.core.arrays import Counts
 from tracer.core.device import upload
 
 PACKET = 16
 """Lanes whose rays Embree traces together, or a multiple: 4, 8 or 16, by what the processor has."""
-
-Counts = NDArray[np.uint32]
 
 
 @dataclass(frozen=True)

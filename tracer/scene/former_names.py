@@ -10,7 +10,7 @@ import re
 
 import numpy as np
 
-from tracer.image.metrics import decode_srgb
+from tracer.image.colour import decode_srgb
 
 FORMATS = "Mitsuba reads meshes from 'ply', 'obj' and 'serialized' files, so convert it to one of these"
 LEAVE_OUT = "leave it out"

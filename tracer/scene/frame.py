@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.core.device import upload
-from tracer.image.metrics import luminance
+from tracer.image.colour import luminance
 
 
 class Frame:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 import sys
 from pathlib import Path
 
+from tracer.core.suggest import nearest
 from tracer.errors import SceneError
 from tracer.scene.former_names import ELEMENTS, former_parameter, former_plugin, linear_colour
 
@@ -87,24 +87,6 @@ def about_plugin(kind: str | None, name: str, message: str) -> list[str]:
     if hint is None:
         return []
     return [f"Did you mean '{hint}'?" if kind else f"Did you mean the {known[hint]} '{hint}'?"]
-
-
-def nearest(name: str, known: list[str]) -> str | None:
-    """Return the member of ``known`` most like ``name``, in whatever order its words are; None if none is alike."""
-    return max(
-        (word for word in known if likeness(name, word) >= 0.6), key=lambda word: likeness(name, word), default=None
-    )
-
-
-def likeness(name: str, other: str) -> float:
-    """Return how alike two names are, 0 to 1: as they are written, or with the words between "_" and "-" sorted."""
-    pairs = [(name, other), (sorted_words(name), sorted_words(other))]
-    return max(difflib.SequenceMatcher(None, second, first).ratio() for first, second in pairs)
-
-
-def sorted_words(name: str) -> str:
-    """Return a name with its words in alphabetical order, so that "spp_max" is "max_spp"."""
-    return "_".join(sorted(re.split("[_-]", name.lower())))
 
 
 def plugin_folder() -> Path:

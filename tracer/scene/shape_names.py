@@ -12,8 +12,8 @@ from typing import Any
 
 import mitsuba as mi
 
+from tracer.core.suggest import nearest
 from tracer.errors import SettingsError
-from tracer.scene.load_errors import nearest
 
 MOST_LISTED = 24
 """Names in a message."""

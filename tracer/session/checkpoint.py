@@ -23,7 +23,7 @@ from tracer.core.version import version
 from tracer.core.wording import option
 from tracer.errors import CheckpointError, OutputError
 from tracer.film.estimate import Estimate
-from tracer.io import exr
+from tracer.io import atomic
 from tracer.scene.fingerprint import content, digest
 from tracer.scene.view import View
 from tracer.session.state import Arrays, State
@@ -61,7 +61,7 @@ def write(checkpoint: Checkpoint) -> None:
     header = {name: value for name, value in vars(checkpoint).items() if name not in ("path", "arrays")}
     header |= {"format": FORMAT, "names": sorted(checkpoint.arrays)}
     text = np.frombuffer(json.dumps(header).encode(), np.uint8)
-    exr.write_arrays(checkpoint.path, {HEADER: text, **checkpoint.arrays}, durable=True)
+    atomic.write_arrays(checkpoint.path, {HEADER: text, **checkpoint.arrays}, durable=True)
 
 
 def read(path: Path) -> Checkpoint:
@@ -235,5 +235,5 @@ def open_keeper(
     path: Path, scene_hash: str, resume: bool, overwrite: bool = False, every: float = EVERY_SECONDS
 ) -> Keeper:
     """Return a keeper for a file that can be written. Raises OutputError."""
-    exr.check_output(path, overwrite or resume, suffixes=())
+    atomic.check_output(path, overwrite or resume, suffixes=())
     return Keeper(path, scene_hash, resume and not overwrite, every)

@@ -10,10 +10,11 @@ from typing import Any, Protocol
 import drjit as dr
 import mitsuba as mi
 
-from tracer.adaptive.schedule import PASS_SIZES, even_pass, next_pass_size
+from tracer.core.arrays import Counts
 from tracer.film.estimate import Estimate
 from tracer.sampling import samples
-from tracer.sampling.wavefront import Counts, Line, Stretch, lane_pixels
+from tracer.sampling.passes import PASS_SIZES, even_pass, next_pass_size
+from tracer.sampling.wavefront import Line, Stretch, lane_pixels
 from tracer.scene.view import View
 
 

@@ -13,9 +13,9 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from tracer.adaptive.schedule import PASS_SIZES
 from tracer.denoising.oidn import LEAST_MEMORY, MOST_MEMORY, PIXEL_MEMORY
 from tracer.errors import SettingsError
+from tracer.sampling.passes import PASS_SIZES
 from tracer.scene.frame import Frame
 from tracer.settings import Settings
 

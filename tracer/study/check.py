@@ -15,7 +15,7 @@ import mitsuba as mi
 from tracer.core.wording import option
 from tracer.errors import OutputError, TracerError
 from tracer.image import metrics
-from tracer.io import exr
+from tracer.io import atomic
 from tracer.scene.load import LOAD_ERRORS
 from tracer.scene.load_errors import load_error
 from tracer.study import cells
@@ -79,7 +79,7 @@ def prepare_output(plan: Plan, output: Path, overwrite: bool) -> None:
         if foreign and not (output / RESULT_FILES[0]).exists():
             raise OutputError(f"'{output / foreign[0]}' is not from a study; choose another folder.")
         mark.parent.mkdir(exist_ok=True)
-        exr.write_text(mark, json.dumps({"study": {"name": plan.name}}))
+        atomic.write_text(mark, json.dumps({"study": {"name": plan.name}}))
 
 
 @contextmanager
@@ -88,9 +88,9 @@ def one_at_a_time(output: Path) -> Iterator[None]:
     if output.is_file():
         raise OutputError(f"'{output}' is a file; choose a folder.")
     if not output.exists():
-        exr.check_folder(output.parent)
+        atomic.check_folder(output.parent)
         output.mkdir()
-    exr.check_folder(output)
+    atomic.check_folder(output)
     name = hashlib.sha256(str(output.resolve()).encode()).hexdigest()[:24]
     try:
         with filelock.FileLock(prepare_cache() / f"{name}.lock", timeout=0):

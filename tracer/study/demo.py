@@ -9,12 +9,11 @@ from pathlib import Path
 from tracer.api import render
 from tracer.core import backend
 from tracer.image.metrics import Scores, all_scores
-from tracer.io.exr import write_text
-from tracer.progress import ProgressCallback
+from tracer.io.atomic import write_text
+from tracer.progress import ProgressCallback, StepCallback
 from tracer.study.methods import Setting
 from tracer.study.panels import Panel, relative_error, write_panels
 from tracer.study.reference import make_reference
-from tracer.study.run import StepCallback
 from tracer.study.tables import markdown_table
 
 SCENE = "spheres_and_rods"

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
-Floats = NDArray[np.float64]
+from tracer.core.arrays import Floats
+
 RESAMPLES = 8000
 LEVEL = 0.95
 TINY = 1e-30

@@ -14,6 +14,7 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.core.arrays import Singles
 from tracer.progress import ProgressCallback
 from tracer.scene.load import load
 from tracer.scene.view import Size, open_scene, pick_sensor, resize_film
@@ -21,16 +22,14 @@ from tracer.session.render_loop import render_view
 from tracer.session.terms import Terms
 from tracer.settings import make_settings
 
-Floats = NDArray[np.float32]
-
 
 @dataclass(frozen=True)
 class Shot:
     """One picture and what it took."""
 
-    image: Floats
+    image: Singles
     """(H, W, 3), linear sRGB."""
-    counts: Floats
+    counts: Singles
     """(H, W): samples per pixel."""
     samples: int
     """Radiance samples in all, those of the film's border included."""

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.ndimage import gaussian_filter
 
 from tracer.adaptive import budget
 from tracer.adaptive.convergence import on_screen
-from tracer.image import metrics, objective
+from tracer.core.arrays import Floats
+from tracer.image import colour, objective
 from tracer.study.oracle_measurements import Truth
 
 LEAST_LIMIT = 1.1
@@ -24,8 +25,6 @@ LEAST_SHOWN = 1 / 8
 white, not where its noise is."""
 STEPS = 60
 
-Floats = NDArray[np.float64]
-
 
 def limit(variance: ArrayLike, mean: ArrayLike, name: str) -> float:
     """Return the most that equal samples can gain, 1 + CV^2 of s sqrt(w) (Neyman, 1934).
@@ -33,7 +32,7 @@ def limit(variance: ArrayLike, mean: ArrayLike, name: str) -> float:
     ``variance`` of one sample and ``mean`` are (H, W, 3); ``name`` is the objective that w belongs to. For independent
     samples without a least number; a low-discrepancy sequence can gain less or more.
     """
-    weight = objective.weights(name, metrics.luminance(mean))
+    weight = objective.weights(name, colour.luminance(mean))
     deviation = np.sqrt(np.asarray(variance, np.float64).sum(axis=-1) * weight)
     average = float(deviation.mean())
     return float(np.mean(deviation**2)) / average**2 if average > 0 else 1.0

@@ -18,8 +18,9 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.core.arrays import Singles
 from tracer.core.device import upload
-from tracer.io import exr
+from tracer.io import atomic
 from tracer.sampling import samples
 from tracer.scene.view import View
 from tracer.study.methods import Setting
@@ -37,7 +38,6 @@ TIMED_SPP = 32
 TIMINGS = 3
 """Times that a square is drawn; the shortest counts."""
 
-Singles = NDArray[np.float32]
 Told = Callable[[str], None]
 
 
@@ -72,7 +72,7 @@ def measure_truth(setting: Setting, view: View, told: Told) -> Truth:
             truth = Truth(**measure_errors(view, told), cost=measure_cost(view, drawing, told)[view.inner])
         finally:
             drawing.close()
-        exr.write_arrays(path, vars(truth))
+        atomic.write_arrays(path, vars(truth))
     return truth
 
 

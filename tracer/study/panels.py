@@ -9,9 +9,9 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.image import metrics
-from tracer.io import exr
-from tracer.result import display
+from tracer.image import colour, metrics
+from tracer.image.colour import display
+from tracer.io import atomic
 
 Panel = tuple[str, NDArray, bool]
 """Caption; picture (H, W, C) linear, or values (H, W); whether values are shown on a logarithmic scale."""
@@ -20,7 +20,7 @@ Panel = tuple[str, NDArray, bool]
 def relative_error(image: NDArray, reference: NDArray) -> NDArray[np.float64]:
     """Return the relative error (H, W): root mean square over channels, divided by the reference's luminance."""
     squared = np.mean((np.asarray(image, np.float64) - reference) ** 2, axis=-1)
-    return np.sqrt(squared / (metrics.luminance(reference) ** 2 + metrics.EPSILON))
+    return np.sqrt(squared / (colour.luminance(reference) ** 2 + metrics.EPSILON))
 
 
 def write_panels(
@@ -58,7 +58,7 @@ def write_panels(
             beside.xaxis.set_major_formatter(ScalarFormatter())
             beside.xaxis.set_minor_locator(NullLocator())
     if isinstance(target, Path):
-        with exr.whole(target) as temporary:
+        with atomic.whole(target) as temporary:
             figure.savefig(temporary, format=file_format)
     else:
         figure.savefig(target, format=file_format)

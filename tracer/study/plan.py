@@ -13,8 +13,8 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError
 
 from tracer import criteria
+from tracer.core.suggest import nearest
 from tracer.errors import SettingsError
-from tracer.scene.load_errors import nearest
 from tracer.settings import Settings, explain
 from tracer.study.methods import Setting
 from tracer.study.toml_location import Location, Origin

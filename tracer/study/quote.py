@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 from tracer.errors import OutputError, TracerError
-from tracer.io.exr import write_text
+from tracer.io.atomic import write_text
 
 BLOCK = re.compile(r"(<!-- table: (\S+)(?: # ([^\n]+?))? -->\n)(.*?)(<!-- end -->)", re.DOTALL)
 TABLE = re.compile(r"(?:^\|.*\n)+", re.MULTILINE)

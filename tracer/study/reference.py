@@ -18,12 +18,12 @@ from pathlib import Path
 import filelock
 import mitsuba as mi
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
+from tracer.core.arrays import Floats
 from tracer.errors import OutputError, SceneError
 from tracer.image import metrics
-from tracer.io import exr
+from tracer.io import atomic
 from tracer.scene.fingerprint import fingerprint
 from tracer.scene.view import View
 from tracer.study.methods import Setting, Studio
@@ -45,7 +45,6 @@ ROUNDING = 1e-5
 FALSE_ALARM = 1e-3
 """Probability that two halves of the same expectation are said to disagree."""
 
-Floats = NDArray[np.float64]
 ReferenceCallback = Callable[[int, int], bool | None]
 """Called with samples per pixel done and wanted; return False to stop."""
 
@@ -157,7 +156,7 @@ def prepare_cache() -> Path:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise OutputError(f"Cannot keep references in '{folder}': {error.strerror}; set TRACER_CACHE.") from None
-    return exr.check_folder(folder)
+    return atomic.check_folder(folder)
 
 
 def spp_of_chunk(pixel_count: int) -> int:

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.image.metrics import luminance
-from tracer.io import exr
+from tracer.core.arrays import Floats
+from tracer.image.colour import luminance
+from tracer.io import atomic
 
-Floats = NDArray[np.float64]
 logger = logging.getLogger(__name__)
 
 TILES = 8
@@ -63,7 +63,7 @@ class Half:
 
     def save(self, path: Path) -> None:
         """Write to a file, whole or not at all."""
-        with exr.whole(path) as temporary, open(temporary, "wb") as file:
+        with atomic.whole(path) as temporary, open(temporary, "wb") as file:
             np.savez(file, **vars(self))
 
     @classmethod

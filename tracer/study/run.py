@@ -16,6 +16,7 @@ import numpy as np
 from tracer.core import backend
 from tracer.image import metrics
 from tracer.image.metrics import Scores
+from tracer.progress import StepCallback
 from tracer.study import cells, oracle, render_cells
 from tracer.study.cells import Cell, Took
 from tracer.study.check import check_study, count_scenes, one_at_a_time, prepare_output
@@ -28,9 +29,6 @@ from tracer.study.reference import Reference, make_reference
 from tracer.study.results import Results
 from tracer.study.score_cache import ScoreBook
 from tracer.study.write import PAGE, write_results
-
-StepCallback = Callable[[str, int, int], bool | None]
-"""Called with what is under way and how much of how much is done; return False to stop."""
 
 OBJECTIVE = "relative"
 """Which error the limit of a scene is of; gains are of each method's own."""

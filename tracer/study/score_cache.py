@@ -12,7 +12,7 @@ import numpy as np
 
 from tracer.image import metrics, objective
 from tracer.image.metrics import Scores
-from tracer.io import exr
+from tracer.io import atomic
 from tracer.study.cells import Cell
 from tracer.study.reference import Reference
 from tracer.study.source_hash import hash_of
@@ -48,4 +48,4 @@ class ScoreBook:
 
     def save(self) -> None:
         """Write the file."""
-        exr.write_text(self.path, json.dumps(self.known, indent=0))
+        atomic.write_text(self.path, json.dumps(self.known, indent=0))

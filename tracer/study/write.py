@@ -14,7 +14,7 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from tracer.io import exr
+from tracer.io import atomic
 from tracer.session.output import version
 from tracer.study.records import SCORES, Measurement
 from tracer.study.results import Results
@@ -29,9 +29,9 @@ SCHEMA = 1
 def write_results(output: Path, results: Results) -> None:
     """Write all files but the page."""
     record = {**conditions(results), **numbers(results)}
-    exr.write_text(output / "results.json", json.dumps(finite(record), indent=1, allow_nan=False) + "\n")
-    exr.write_text(output / "results.csv", as_csv(results))
-    exr.write_text(output / "results.md", f"{head(results)}\n\n{markdown(results)}")
+    atomic.write_text(output / "results.json", json.dumps(finite(record), indent=1, allow_nan=False) + "\n")
+    atomic.write_text(output / "results.csv", as_csv(results))
+    atomic.write_text(output / "results.md", f"{head(results)}\n\n{markdown(results)}")
 
 
 def conditions(results: Results) -> dict[str, Any]:

@@ -13,12 +13,11 @@ from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tracer.core.arrays import Floats
 from tracer.errors import SceneError
 from tracer.viewpoint.biomolecules import Placed, from_mmcif, from_pdb, is_mmcif
 
-Floats = NDArray[np.float64]
 SUFFIXES = (".xyz", ".extxyz", ".cif", ".mmcif", ".pdb", ".ent", ".cml", ".vasp", ".poscar", ".mol", ".sdf")
 
 

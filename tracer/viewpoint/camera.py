@@ -8,7 +8,7 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from tracer.io import exr
+from tracer.io import atomic
 from tracer.viewpoint.item_buffer import Viewpoints
 from tracer.viewpoint.lens import Lens, Orthographic, Perspective
 
@@ -58,4 +58,4 @@ def write_sensors(
             "        </film>",
             "    </sensor>",
         ]
-    exr.write_text(path, "\n".join([*lines, "</scene>", ""]))
+    atomic.write_text(path, "\n".join([*lines, "</scene>", ""]))

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.complexity import measures
+from tracer.core.arrays import Floats
 from tracer.viewpoint.surfaces import Mesh
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 ROUNDING = 1e-12
 """Bits: what is left of a divergence of 0 is less."""

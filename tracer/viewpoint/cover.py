@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.complexity import measures
+from tracer.core.arrays import Floats
 from tracer.errors import SceneError
 from tracer.viewpoint.item_buffer import Rays, Viewpoints, projected_areas
 from tracer.viewpoint.lens import Lens
 from tracer.viewpoint.surfaces import Subject
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 MOST_KEPT = 1 << 27
 """Areas that are kept from the first look; of more, every round looks again."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.core.arrays import Floats
 from tracer.core.sphere import frame, icosphere, normalised
 from tracer.viewpoint import measures
 from tracer.viewpoint.channel import Channel
@@ -17,7 +18,6 @@ from tracer.viewpoint.lens import Lens, Orthographic, Perspective
 from tracer.viewpoint.surfaces import Subject
 from tracer.viewpoint.survey import sum_up, survey
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 DISTANCE = 6.0
 """Radii between viewpoint and centre: that of the survey, with the sphere around the subject filling the image."""

@@ -13,15 +13,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import digamma
 
 from tracer.complexity import measures
+from tracer.core.arrays import Floats
 from tracer.viewpoint.item_buffer import Rays, Viewpoints, projected_areas
 from tracer.viewpoint.lens import Lens
 from tracer.viewpoint.surfaces import Subject
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

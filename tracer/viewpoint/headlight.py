@@ -5,16 +5,14 @@ from __future__ import annotations
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from numpy.typing import NDArray
 
-from tracer.core.device import upload
-from tracer.image.metrics import encode_srgb
-from tracer.sampling.samples import divide
+from tracer.core.arrays import Floats
+from tracer.core.device import divide, upload
+from tracer.image.colour import encode_srgb
 from tracer.viewpoint.item_buffer import Rays, Viewpoints, world_ray
 from tracer.viewpoint.lens import Lens
 from tracer.viewpoint.surfaces import Subject
 
-Floats = NDArray[np.float64]
 FINER = 3
 """Rays per pixel and side."""
 BACKGROUND = 0.9

@@ -16,14 +16,13 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.core.device import upload
+from tracer.core.arrays import Floats
+from tracer.core.device import divide, gather_rows, to_unit
 from tracer.core.hashing import GOLDEN_RATIO, mix
 from tracer.core.sphere import frame
-from tracer.sampling.samples import divide
 from tracer.viewpoint.lens import Lens
 from tracer.viewpoint.surfaces import Subject
 
-Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 MOST_RAYS = 1 << 22
 """Rays in one wavefront."""
@@ -176,14 +175,3 @@ def world_ray(
     toward = direction.x * right + direction.y * up - direction.z * forward
     start = eye + origin.x * right + origin.y * up - origin.z * forward
     return mi.Ray3f(mi.Point3f(start), toward), weight
-
-
-def to_unit(bits: Any) -> Any:
-    """Return mi.UInt32 as mi.Float in [0, 1)."""
-    return mi.Float(bits >> 8) * (1.0 / (1 << 24))
-
-
-def gather_rows(rows: Floats, index: Any) -> Any:
-    """Return the rows (N, 3) that ``index`` (mi.UInt32) names, as mi.Vector3f."""
-    table = upload(mi.Float, rows)
-    return mi.Vector3f(*(dr.gather(mi.Float, table, 3 * index + k) for k in range(3)))

@@ -15,7 +15,7 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from tracer.core.arrays import Floats
 
 
 class Lens(ABC):

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import csr_matrix, hstack, identity
 
-Floats = NDArray[np.float64]
+from tracer.core.arrays import Floats
+
 Integers = NDArray[np.int64]
 
 

@@ -7,15 +7,15 @@ from __future__ import annotations
 
 import mitsuba as mi
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from tracer.core.arrays import Floats
 from tracer.core.device import upload
 from tracer.core.sphere import icosphere, normalised
 from tracer.errors import SettingsError
 from tracer.viewpoint.atom_files import Atoms
 from tracer.viewpoint.surfaces import Subject, open_subject
 
-Floats = NDArray[np.float64]
 BALL_LEVEL = 2
 """Of the icosphere that stands for an atom: 320 faces."""
 MOST_ATOMS = 20_000

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.core.arrays import Floats
 from tracer.viewpoint.channel import Channel
 from tracer.viewpoint.surfaces import Subject
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from tracer.core.arrays import Floats
+from tracer.core.device import divide
 from tracer.errors import SceneError
-from tracer.sampling.samples import divide
 from tracer.viewpoint.item_buffer import Viewpoints
 from tracer.viewpoint.lens import Lens
 
-Floats = NDArray[np.float64]
 STEP = 1 / 1024
 """Of differences, as a share of the image."""
 GRID = 128

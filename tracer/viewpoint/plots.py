@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.core.arrays import Floats
 from tracer.core.sphere import frame, normalised
-from tracer.io import exr
+from tracer.io import atomic
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
@@ -25,7 +25,7 @@ def figure(width: float, height: float) -> Any:
 
 def save(drawn: Any, path: Path, dpi: int = 110) -> None:
     """Write a figure as PNG, whole or not at all."""
-    with exr.whole(path) as temporary:
+    with atomic.whole(path) as temporary:
         drawn.savefig(temporary, dpi=dpi, format="png")
 
 

@@ -15,15 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.complexity import measures
-from tracer.complexity.pilot import multiplicity
-from tracer.core.device import upload
+from tracer.core.arrays import Floats
+from tracer.core.device import divide, multiplicity, to_unit, upload
 from tracer.core.hashing import mix
-from tracer.sampling.samples import divide
-from tracer.viewpoint.item_buffer import Viewpoints, to_unit, world_ray
+from tracer.viewpoint.item_buffer import Viewpoints, world_ray
 from tracer.viewpoint.lens import Lens
 from tracer.viewpoint.surfaces import Subject
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import mitsuba as mi
 import numpy as np
-from numpy.typing import NDArray
 
+from tracer.core.arrays import Floats
 from tracer.errors import SceneError
-from tracer.image.metrics import encode_srgb
+from tracer.image.colour import encode_srgb
 from tracer.scene.view import open_scene
 from tracer.session.render_loop import render_view
 from tracer.settings import make_settings
@@ -15,8 +15,6 @@ from tracer.viewpoint.camera import sensors
 from tracer.viewpoint.item_buffer import Viewpoints
 from tracer.viewpoint.lens import Lens
 from tracer.viewpoint.surfaces import Subject
-
-Floats = NDArray[np.float64]
 
 
 def render_views(

@@ -9,12 +9,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tracer.core.arrays import Floats
 from tracer.core.sphere import angle, icosphere, middle, octants
 from tracer.viewpoint.direction_measure import ring
 
-Floats = NDArray[np.float64]
 Valued = Callable[[Floats], Floats]
 SMALLEST_EDGE = np.radians(0.5)
 """Triangles with shorter edges are not split."""

@@ -8,8 +8,8 @@ from typing import Any
 
 import mitsuba as mi
 import numpy as np
-from numpy.typing import NDArray
 
+from tracer.core.arrays import Floats
 from tracer.errors import SceneError, SettingsError
 from tracer.scene.load import LOAD_ERRORS, load
 from tracer.scene.load_errors import load_error
@@ -18,7 +18,6 @@ from tracer.scene.validate import require_faces
 from tracer.viewpoint import atom_files, molecules
 from tracer.viewpoint.surfaces import Subject, open_subject
 
-Floats = NDArray[np.float64]
 MESHES = {".ply": "ply", ".obj": "obj", ".serialized": "serialized"}
 """Mitsuba's plugin by suffix."""
 

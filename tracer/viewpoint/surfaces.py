@@ -16,10 +16,10 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.core.arrays import Floats
 from tracer.core.device import upload
 from tracer.errors import SceneError, SettingsError
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Surfaces = Literal["face", "shape", "bsdf"]
 LARGEST = 1e10

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.core.arrays import Floats
 from tracer.errors import SettingsError
 from tracer.viewpoint import measures
 from tracer.viewpoint.channel import Channel, adjacent, new_channel
@@ -21,7 +22,6 @@ from tracer.viewpoint.observation import Picture, Sight, sight_of
 from tracer.viewpoint.surfaces import Subject
 from tracer.viewpoint.vertices import seen_vertices
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 ProgressCallback = Callable[[int, int], None]
 """Called with the views that are done and all there are, those of a first pass counted too. May raise to stop."""

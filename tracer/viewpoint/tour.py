@@ -11,14 +11,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from tracer.core.arrays import Floats
 from tracer.core.sphere import angle, frame, normalised
 from tracer.viewpoint.item_buffer import Viewpoints
 from tracer.viewpoint.search import Valued
 
-Floats = NDArray[np.float64]
 TURN = np.radians(45.0)
 """Between the three ways on."""
 FIRST_WAYS = 8

@@ -8,12 +8,12 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.core.arrays import Floats
 from tracer.core.device import upload
 from tracer.viewpoint.item_buffer import Viewpoints
 from tracer.viewpoint.lens import Lens
 from tracer.viewpoint.surfaces import Subject
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 MOST_VERTICES = 1 << 20
 """Looked at in one wavefront."""

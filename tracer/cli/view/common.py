@@ -70,7 +70,7 @@ def desk(
     from tracer.cli.progress import steps
     from tracer.core import backend
     from tracer.errors import SettingsError
-    from tracer.io.exr import prepare_folder
+    from tracer.io.atomic import prepare_folder
 
     if distance is not None and not 0 < distance < float("inf"):
         raise SettingsError(f"The distance must be positive, not {distance:g}.")

@@ -26,7 +26,7 @@ def report(
     from tracer.cli.progress import steps
     from tracer.core import backend
     from tracer.errors import SceneError
-    from tracer.io.exr import prepare_folder
+    from tracer.io.atomic import prepare_folder
 
     for name in ("meshes", "molecules"):
         if not (public / name).is_dir():

@@ -8,9 +8,9 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
+from tracer.core.arrays import Floats
 from tracer.radiosity.gathering import solve
 from tracer.radiosity.groups import Groups, Points, alone, neighbours
 from tracer.radiosity.guide import Guidance, division_for, make_guide
@@ -23,7 +23,6 @@ from tracer.radiosity.report.scenes import Example
 from tracer.radiosity.strata import Strata
 from tracer.radiosity.warp import warped
 
-Floats = NDArray[np.float64]
 RAYS = (64, 256, 1024)
 SEEDS = 5
 TRUTH = 1 << 14

@@ -7,13 +7,12 @@ from pathlib import Path
 import mitsuba as mi
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from tracer.core.arrays import Floats
 from tracer.core.device import upload
-from tracer.image.metrics import encode_srgb
+from tracer.image.colour import encode_srgb
 from tracer.radiosity.report.convergence import METHODS, Curve, Method, Place, once
 
-Floats = NDArray[np.float64]
 SHOWN = ("evenly", "each for itself, strata", "distinct, strata", "distinct, warp", "entropy, warp", "deviation, warp")
 FEW = 256
 

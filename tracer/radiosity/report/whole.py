@@ -8,8 +8,8 @@ from typing import Any
 
 import mitsuba as mi
 import numpy as np
-from numpy.typing import NDArray
 
+from tracer.core.arrays import Floats
 from tracer.radiosity.gathering import solve
 from tracer.radiosity.guide import Guidance
 from tracer.radiosity.meshing import cut
@@ -17,7 +17,6 @@ from tracer.radiosity.report.convergence import gain
 from tracer.radiosity.report.scenes import Example
 from tracer.radiosity.shooting import shoot
 
-Floats = NDArray[np.float64]
 SEEDS = 4
 RAYS = 256
 SPP = 64

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from tracer.core import backend
-from tracer.io.exr import whole, write_text
+from tracer.io.atomic import whole, write_text
+from tracer.progress import StepCallback
 from tracer.study.cluster import measure, model
 from tracer.study.cluster.measure import Pair
 from tracer.study.cluster.model import Constants
-from tracer.study.run import StepCallback
 from tracer.study.tables import markdown_table
 
 FILES = ("results.md", "results.json", "scaling.png")

@@ -158,6 +158,6 @@ def colours() -> str:
 
 def write_page(path: Path, results: Results, pictures: Sequence[ScenePictures]) -> None:
     """Write the page to a file."""
-    from tracer.io.exr import write_text
+    from tracer.io.atomic import write_text
 
     write_text(path, build_page(results, pictures))

@@ -8,9 +8,9 @@ from importlib.resources import files as package_files
 from pathlib import Path
 
 from tracer.core import backend
-from tracer.io.exr import whole, write_text
+from tracer.io.atomic import whole, write_text
+from tracer.progress import StepCallback
 from tracer.study.production import noise, overhead
-from tracer.study.run import StepCallback
 from tracer.study.tables import markdown_table
 
 FILES = ("results.md", "results.json", "noise.png")

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.complexity import measures
+from tracer.core.arrays import Floats
 from tracer.viewpoint.measures.registry import measure
 from tracer.viewpoint.observation import Sight
 from tracer.viewpoint.surfaces import Mesh
 
-Floats = NDArray[np.float64]
 BINS = 256
 """Of deficits from -2 pi to 2 pi: the last is that of 2 pi alone."""
 LEAST, SPAN = -2 * np.pi, 4 * np.pi

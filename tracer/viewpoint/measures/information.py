@@ -6,15 +6,13 @@ Averaged over views with the weights p(v), all three are the mutual information 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tracer.complexity import measures
+from tracer.core.arrays import Floats
 from tracer.viewpoint.channel import Channel
 from tracer.viewpoint.measures.areas import divergence
 from tracer.viewpoint.measures.registry import measure
 from tracer.viewpoint.observation import Sight
-
-Floats = NDArray[np.float64]
 
 
 def channel_of(sight: Sight) -> Channel:

@@ -6,13 +6,11 @@ Steps go through the middles of pixel edges and turn by multiples of 45 degrees.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tracer.complexity import measures
+from tracer.core.arrays import Floats
 from tracer.viewpoint.measures.registry import measure
 from tracer.viewpoint.observation import Sight
-
-Floats = NDArray[np.float64]
 
 
 def outlines(sight: Sight) -> list[Floats]:

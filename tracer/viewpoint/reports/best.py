@@ -10,7 +10,7 @@ import numpy as np
 
 from tracer.core.sphere import icosphere
 from tracer.errors import SceneError
-from tracer.io import exr
+from tracer.io import atomic, exr
 from tracer.viewpoint import measures, plots
 from tracer.viewpoint.camera import write_sensors
 from tracer.viewpoint.reports.context import Desk, name_direction, number, require_sight
@@ -76,5 +76,5 @@ def best(
         "stderr": float(gauge.estimate(view).stderr[0]) if gauge.estimated else None,
         "searches": [dict(zip(HEADINGS, line, strict=True)) for line in lines],
     }
-    exr.write_text(desk.folder / "best.json", json.dumps(report, indent=1) + "\n")
+    atomic.write_text(desk.folder / "best.json", json.dumps(report, indent=1) + "\n")
     return lines

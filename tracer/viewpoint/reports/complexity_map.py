@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.core.arrays import Floats
 from tracer.core.sphere import normalised, octants, solid_angle, split
 from tracer.errors import SceneError, SettingsError
-from tracer.io import exr
+from tracer.io import atomic
 from tracer.viewpoint import measures, plots
 from tracer.viewpoint.direction_measure import stand
 from tracer.viewpoint.item_buffer import Viewpoints
@@ -19,7 +20,6 @@ from tracer.viewpoint.regions import Regions, look_through_blocks, look_through_
 from tracer.viewpoint.reports.context import Desk, csv, number
 from tracer.viewpoint.survey import survey
 
-Floats = NDArray[np.float64]
 FILES = ("map.png", "blocks.csv", "triangles.csv")
 HEADINGS = ("of the view", "value")
 KINDS = ("entropy", "gini", "distinct", "viewpoint_complexity")
@@ -70,10 +70,10 @@ def complexity_map(desk: Desk, view: Viewpoints, kind: str, blocks: int, level: 
     rows, columns = np.indices((down, blocks)).reshape(2, -1)
     values = [[*(getattr(image, name).ravel() for name in KINDS)], [*(getattr(around, name) for name in KINDS)]]
     table = zip(rows, columns, *values[0], strict=True)
-    exr.write_text(desk.folder / "blocks.csv", csv(("row", "column", *KINDS), list(table)))
+    atomic.write_text(desk.folder / "blocks.csv", csv(("row", "column", *KINDS), list(table)))
     middles, areas = normalised(points[triangles].sum(axis=1)), solid_angle(*points[triangles].transpose(1, 0, 2))
     table = zip(*middles.T, areas, *values[1], strict=True)
-    exr.write_text(desk.folder / "triangles.csv", csv(("x", "y", "z", "steradians", *KINDS), list(table)))
+    atomic.write_text(desk.folder / "triangles.csv", csv(("x", "y", "z", "steradians", *KINDS), list(table)))
     desk.say("measures", 3, 4)
     return measured(desk, view, lens)
 

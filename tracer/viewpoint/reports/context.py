@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tracer.core.arrays import Floats
 from tracer.core.sphere import frame, normalised
 from tracer.errors import SceneError
 from tracer.viewpoint.direction_measure import Gauge, Stand
@@ -18,7 +18,6 @@ from tracer.viewpoint.measures import Best, get
 from tracer.viewpoint.rendered import render_views
 from tracer.viewpoint.source import Opened
 
-Floats = NDArray[np.float64]
 THUMBNAIL = 220
 Told = Callable[[str, int, int], bool | None]
 """Called with what is under way, how much of it is done, and how much there is; False stops."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tracer.core.sphere import icosphere
-from tracer.io import exr
+from tracer.io import atomic
 from tracer.viewpoint import plots
 from tracer.viewpoint.camera import write_sensors
 from tracer.viewpoint.cover import Cover, Rule, cover
@@ -48,7 +48,7 @@ def cover_report(
         desk.folder / "sphere.png", [title], directions, triangles, [nearest], desk.stand.up, marks=[marks]
     )
     rows = [[k + 1, *direction, share] for k, (direction, share) in enumerate(zip(chosen, found.covered, strict=True))]
-    exr.write_text(desk.folder / "views.csv", csv(("view", "x", "y", "z", "shown_well"), rows))
+    atomic.write_text(desk.folder / "views.csv", csv(("view", "x", "y", "z", "shown_well"), rows))
     write_sensors(desk.folder / "cameras.xml", views[found.chosen], desk.stand.lens, clip=desk.stand.clip)
     lines = [[str(k + 1), name, share] for k, (name, share) in enumerate(zip(names, shares, strict=True))]
     return lines, found

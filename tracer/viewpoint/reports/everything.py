@@ -13,11 +13,10 @@ from typing import Any, get_args
 
 import drjit as dr
 import numpy as np
-from numpy.typing import NDArray
 
 from tracer.core.backend import activate
 from tracer.core.sphere import evenly, icosphere
-from tracer.io import exr
+from tracer.io import atomic
 from tracer.viewpoint import fast, measures, plots
 from tracer.viewpoint.cover import Rule, cover
 from tracer.viewpoint.direction_measure import stand
@@ -34,7 +33,6 @@ from tracer.viewpoint.search import Found, Valued, exhaustive_search, paper_sear
 from tracer.viewpoint.source import Crystal, Opened, open_source
 from tracer.viewpoint.survey import survey
 
-Floats = NDArray[np.float64]
 FILES = ("results.md", "results.json")
 MESHES = {
     "bunny.ply": (0.0, 1.0, 0.0),
@@ -81,8 +79,8 @@ def everything(public: Path, scenes: Path, folder: Path, told: Told) -> list[str
         if told(heading, k, len(parts)) is False:
             raise KeyboardInterrupt
         sections[heading] = part()
-    exr.write_text(folder / "results.json", json.dumps(sections, indent=1) + "\n")
-    exr.write_text(folder / "results.md", to_markdown(sections))
+    atomic.write_text(folder / "results.json", json.dumps(sections, indent=1) + "\n")
+    atomic.write_text(folder / "results.md", to_markdown(sections))
     return list(sections)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tracer.core.sphere import icosphere, neighbours
-from tracer.io import exr
+from tracer.io import atomic
 from tracer.viewpoint import measures, plots
 from tracer.viewpoint.reports.context import Desk, apart, csv, name_direction, number
 from tracer.viewpoint.survey import survey
@@ -71,5 +71,5 @@ def measure(desk: Desk, names: Sequence[str], level: int) -> list[list[str]]:
     plots.sheet(desk.folder / "best_and_worst.png", [pictures[k] for k in chosen], captions, 2 * SHOWN)
     columns = {name: values[name] for name in names} | stderr
     rows = [[*directions[k], *(column[k] for column in columns.values())] for k in range(len(directions))]
-    exr.write_text(desk.folder / "views.csv", csv(("x", "y", "z", *columns), rows))
+    atomic.write_text(desk.folder / "views.csv", csv(("x", "y", "z", *columns), rows))
     return lines

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.core.arrays import Floats
 from tracer.core.sphere import angle, icosphere
-from tracer.io import exr
+from tracer.io import atomic, exr
 from tracer.viewpoint import plots
 from tracer.viewpoint.camera import write_sensors
 from tracer.viewpoint.direction_measure import Gauge
@@ -16,7 +17,6 @@ from tracer.viewpoint.reports.context import Desk, csv, name_direction, number, 
 from tracer.viewpoint.search import exhaustive_search
 from tracer.viewpoint.tour import carried, explore, smooth
 
-Floats = NDArray[np.float64]
 FILES = ("tour.webp", "path.png", "path.csv", "cameras.xml")
 HEADINGS = ("step", "view", "value", "weight", "from start")
 LEVEL = 2
@@ -63,7 +63,7 @@ def tour(desk: Desk, name: str, steps: int, step: float, frames: int, size: int)
     far = np.degrees(angle(found.directions, found.directions[0]))
     table = list(zip(found.directions, shown, found.weights, far, strict=True))
     rows = [[k, *place, value, weight, distance] for k, (place, value, weight, distance) in enumerate(table)]
-    exr.write_text(desk.folder / "path.csv", csv(("step", "x", "y", "z", "value", "weight", "degrees"), rows))
+    atomic.write_text(desk.folder / "path.csv", csv(("step", "x", "y", "z", "value", "weight", "degrees"), rows))
     return [
         [str(k), name_direction(place, up), number(value), number(weight), f"{distance:.0f}°"]
         for k, (place, value, weight, distance) in enumerate(table)
@@ -91,7 +91,7 @@ def write_film(path: Any, pictures: list[NDArray[np.uint8]]) -> None:
 
     images = [Image.fromarray(picture) for picture in pictures]
     images += images[-2:0:-1]
-    with exr.whole(path) as temporary:
+    with atomic.whole(path) as temporary:
         images[0].save(
             temporary, save_all=True, append_images=images[1:], duration=1000 // FRAMES_PER_SECOND, loop=0, quality=80
         )
