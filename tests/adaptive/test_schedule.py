@@ -2,12 +2,10 @@
 
 import itertools
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from tracer.adaptive.schedule import GROWTH, PRIORITY_GROWTH, round_goals
-from tracer.sampling.passes import PASS_SIZES, even_pass, next_pass_size
 from tracer.settings import make_settings
 
 
@@ -40,19 +38,6 @@ def test_a_criterion_without_radiance_has_one_round():
     assert round_goals(make_settings(spp=64), False, 100) == [6400]
 
 
-@given(left=st.integers(1, 10**9), size=st.sampled_from(PASS_SIZES))
-def test_passes_are_even(left, size):
-    taken = even_pass(left, size)
-    assert 1 <= taken <= min(left, PASS_SIZES[-1])
-    assert taken <= 1.5 * size
-    assert taken >= min(left, 0.5 * size)
-
-
-@pytest.mark.parametrize(("rate", "size"), [(1e4, 0), (1e6, 0), (2e6, 1), (1e8, 2)])
-def test_pass_size_follows_the_rate(rate, size):
-    assert next_pass_size(rate) == PASS_SIZES[size]
-
-
 def test_a_budget_that_leaves_nothing_to_decide_has_one_round():
     assert round_goals(make_settings(spp=7), True, 10) == [70]
     assert round_goals(make_settings(spp=8), True, 10) == [40, 80]
@@ -66,7 +51,3 @@ def test_only_the_last_round_grows_by_something_else():
 def test_by_priority_a_few_are_served_in_a_round():
     """Those that are served double what they have."""
     assert 0.1 < PRIORITY_GROWTH - 1 < 0.5
-
-
-def test_no_pass_is_larger_than_the_largest():
-    assert even_pass(1000, 900, 400) == 334  # in three, as in two they would have 500

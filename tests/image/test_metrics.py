@@ -25,19 +25,6 @@ def test_relative_mse_by_hand():
     assert metrics.relative_mse(reference + 0.1, reference) == pytest.approx(0.01 / (0.09 + 0.01))
 
 
-def test_srgb_of_known_values():
-    # IEC 61966-2-1: linear 0.214041 is half of the encoded range
-    assert colour.encode_srgb([0.0, 0.21404114, 1.0, 7.0, -1.0]) == pytest.approx([0, 0.5, 1, 1, 0], abs=1e-6)
-
-
-def test_luminance_is_mitsubas():
-    import mitsuba as mi
-
-    colour = [0.2, 0.7, 0.4]
-    expected = mi.luminance(mi.Color3f(colour))[0]
-    assert colour.luminance(np.array(colour)[None, None])[0, 0] == pytest.approx(expected, abs=1e-6)
-
-
 def test_identical_images():
     assert metrics.psnr(IMAGE, IMAGE) == np.inf
     assert metrics.ssim(IMAGE, IMAGE) == pytest.approx(1)
@@ -103,12 +90,6 @@ def test_structural_similarity_needs_its_window():
             with pytest.raises(ScoreError, match="needs at least 7 a side; render both larger"):
                 metric(IMAGE[small], REFERENCE[small])
     assert 0 < metrics.flip(IMAGE[:1, :1], REFERENCE[:1, :1]) < 1
-
-
-@pytest.mark.parametrize("shape", [(4, 4, 4), (4, 4, 2), ()])
-def test_luminance_of_other_channels_is_refused(shape):
-    with pytest.raises(ScoreError, match="has no luminance"):
-        colour.luminance(np.zeros(shape))
 
 
 def test_trimmed_error_forgets_fireflies():

@@ -141,7 +141,7 @@ def test_a_crash_is_a_sentence(scene, tmp_path):
 
 HANGS = """
 import sys, threading
-import tracer.loop as loop
+import tracer.session.render_loop as loop
 from tracer.cli import main
 
 def hang(self, now):

@@ -256,10 +256,11 @@ def test_memory_is_flat_in_the_number_of_viewpoints(tmp_path):
 import resource, sys, tracer
 tracer.activate()
 import mitsuba as mi
-from tracer.viewpoint import measures, sphere
-from tracer.viewpoint.gauge import stand
+from tracer.core import sphere
+from tracer.viewpoint import measures
+from tracer.viewpoint.direction_measure import stand
 from tracer.viewpoint.item_buffer import Rays
-from tracer.viewpoint.subject import open_subject
+from tracer.viewpoint.surfaces import open_subject
 from tracer.viewpoint.survey import survey
 ball = mi.load_dict({"type": "scene", "ball": {"type": "sphere"}, "cube": {"type": "cube"}})
 subject = open_subject(ball)
