@@ -11,7 +11,7 @@ from tracer.radiosity.meshing import cut
 from tracer.radiosity.shooting import brightest, shoot
 
 from .scenery import form_factor
-from .test_solve import furnace
+from .test_gathering import furnace
 
 COMPLEX = Guidance("distinct", 4)
 
