@@ -270,8 +270,8 @@ def test_rays_moments_and_peaks_are_means_and_maxima(cornell):
         position = dr.full(mi.Point2f, 0.5, len(pixel))
         bad = drawn[4].copy()
         bad[0] = np.nan
-        drawn = samples.Samples([mi.Float(bad)] * 3, position, mi.Float(rays), moments, peaks)
-        estimate.add(line_of(counts.ravel()).take(len(pixel)), drawn)
+        all_samples = samples.Samples([mi.Float(bad)] * 3, position, mi.Float(rays), moments, peaks)
+        estimate.add(line_of(counts.ravel()).take(len(pixel)), all_samples)
         found = estimate.statistics()
         assert np.array_equal(estimate.drawn(), counts)
         assert estimate.samples().tolist() == [[3, 0, 1], [2, 9, 3]]

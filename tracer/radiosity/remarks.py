@@ -29,6 +29,6 @@ def with_media(scene: Any) -> list[str]:
 
 
 def counted(shapes: Any) -> list[str]:
-    """Return the names of shapes, those of the same name once with their number."""
+    """Return the names of shapes in alphabetical order, as Mitsuba loads them in any; those of the same name once."""
     times = Counter(name_of(shape) for shape in shapes)
-    return [name if count == 1 else f"{count} times {name}" for name, count in times.items()]
+    return [name if count == 1 else f"{count} times {name}" for name, count in sorted(times.items())]
