@@ -63,8 +63,9 @@ from tracer.core.device import upload_tensor
 from tracer.errors import SettingsError
 from tracer.result import Result
 from tracer.scene.view import open_scene, require_nestable
-from tracer.session.render_loop import render_view
-from tracer.settings import Settings, check_settings, make_settings
+from tracer.session.render import render_request
+from tracer.session.request import Request
+from tracer.settings import Settings, check_settings
 
 
 class AdaptiveIntegrator(mi.SamplingIntegrator):
@@ -100,7 +101,7 @@ class AdaptiveIntegrator(mi.SamplingIntegrator):
             settings["spp"] = spp
         settings["seed"] = self.own_seed(seed)
         with open_scene(scene, chosen, self) as view:
-            self.result = render_view(view, make_settings(**settings))
+            self.result = render_request(Request(view, settings))
             view.fill_film(self.result.image)
         return upload_tensor(self.result.image)
 

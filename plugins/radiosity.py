@@ -91,7 +91,7 @@ class RadiosityIntegrator(mi.SamplingIntegrator):
         self.smooth: Smooth | None = None
         self.final: FinalGather
 
-    def solve_for(self, scene: mi.Scene, told: Told = silent) -> None:
+    def prepare_scene(self, scene: mi.Scene, told: Told = silent) -> None:
         """Cut and solve ``scene`` unless that is done. ``told`` hears of progress, and may raise to stop."""
         if self.scene is scene:
             return
@@ -119,13 +119,13 @@ class RadiosityIntegrator(mi.SamplingIntegrator):
         self.patches, self.scene = patches, scene
 
     def render(self, scene: mi.Scene, *arguments: Any, **keywords: Any) -> mi.TensorXf:
-        self.solve_for(scene)
+        self.prepare_scene(scene)
         return super().render(scene, *arguments, **keywords)
 
     def sample(
         self, scene: mi.Scene, sampler: mi.Sampler, ray: Any, medium: Any = None, active: Any = True
     ) -> tuple[Any, Any, list[Any]]:
-        self.solve_for(scene)
+        self.prepare_scene(scene)
         plain = mi.Ray3f(ray.o, ray.d)
         if self.show == "gather":
             return *self.final.radiance(scene, plain, sampler, active), []

@@ -19,7 +19,7 @@ BOUND = 4096 * PIXELS
 
 
 def course(total=BOUND, limit=None):
-    return Course(Clock(limit, time.perf_counter(), FRAME), total, PIXELS)
+    return Course(Clock(limit, time.perf_counter(), FRAME.pixel_count), total, PIXELS)
 
 
 def noise(needed):

@@ -4,23 +4,21 @@ from __future__ import annotations
 
 import inspect
 import time
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 from tracer import criteria
+from tracer.cluster import hired
 from tracer.core import backend
 from tracer.core.plain_values import plain
 from tracer.core.suggest import nearest
 from tracer.errors import SettingsError
 from tracer.progress import ProgressCallback
 from tracer.result import Result
-from tracer.scene.fingerprint import fingerprint
-from tracer.scene.view import Crop, Size, open_scene
-from tracer.session.checkpoint import EVERY_SECONDS, open_keeper
-from tracer.session.render_loop import render_view
-from tracer.session.terms import Terms
-from tracer.settings import Settings, make_settings
+from tracer.scene.view import Crop, Size
+from tracer.session.render import render_request
+from tracer.session.request import EVERY_SECONDS, Request, checkpoint_file
+from tracer.settings import Settings
 
 
 def render(
@@ -63,28 +61,33 @@ def render(
     """
     started = time.perf_counter() if started is None else started
     require_keywords(settings)
-    require_terms(progress, checkpoint, checkpoint_every, resume, memory_limit, define)
-    backend.activate()
+    require_terms(progress, checkpoint_every, memory_limit, define)
     if "criterion" in settings:
         settings["criterion"] = criterion_name(settings["criterion"], checkpoint)
     if isinstance(importance, str | Path):
         settings["importance"], importance = str(importance), None
-    keeper = None
-    if checkpoint is not None:
-        keeper = open_keeper(Path(checkpoint), fingerprint(scene, define), resume, overwrite, every=checkpoint_every)
-    with ExitStack() as stack:
-        drawer = None
-        if cluster is not None:
-            from tracer.cluster.remote_drawer import hire
-
-            seen = {"integrator": integrator, "size": size, "crop": crop}
-            drawer = stack.enter_context(hire(plain(cluster)))(
-                scene, fingerprint(scene, define), define, sensor, **seen
+    backend.activate()
+    path = None if checkpoint is None else Path(checkpoint)
+    with hired(cluster) as workers:
+        return render_request(
+            Request(
+                scene,
+                settings,
+                sensor=sensor,
+                integrator=integrator,
+                size=size,
+                crop=crop,
+                define=define,
+                importance=importance,
+                features=features,
+                denoise=denoise,
+                memory_limit=memory_limit,
+                workers=workers,
+                started=started,
+                progress=progress,
+                checkpoint=checkpoint_file(path, checkpoint_every, resume, overwrite),
             )
-        view = stack.enter_context(open_scene(scene, sensor, integrator, size, crop, define))
-        chosen = make_settings(**{**view.settings, **settings})
-        terms = Terms(progress, keeper, started, memory_limit, features, denoise, drawer)
-        return render_view(view, chosen, terms, importance)
+        )
 
 
 def criterion_name(criterion: Any, checkpoint: Any) -> Any:
@@ -107,17 +110,13 @@ def require_keywords(settings: dict[str, Any]) -> None:
         raise SettingsError(f"There is no setting '{unknown}'" + (f", did you mean '{hint}'?" if hint else "."))
 
 
-def require_terms(
-    progress: Any, checkpoint: Any, checkpoint_every: Any, resume: Any, memory_limit: Any, define: Any
-) -> None:
+def require_terms(progress: Any, checkpoint_every: Any, memory_limit: Any, define: Any) -> None:
     """Raise SettingsError for what is not of the kind that ``render`` asks for."""
     if progress is not None and not callable(progress):
         raise SettingsError(
             "progress: give a function that is called with a tracer.Progress after every pass, "
             f"such as tracer.live.notebook() (was {progress!r})."
         )
-    if resume and checkpoint is None:
-        raise SettingsError("There is nothing to resume from: name the file with checkpoint=.")
     if not is_number(checkpoint_every) or checkpoint_every < 0:
         raise SettingsError(f"checkpoint_every: write seconds, 0 or more (was {checkpoint_every!r}).")
     if memory_limit is not None and (not is_number(memory_limit) or memory_limit <= 0):

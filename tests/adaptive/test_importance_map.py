@@ -148,7 +148,7 @@ def test_a_larger_image_is_averaged_and_its_edge_repeated_over_the_border():
 
 def test_an_array_is_taken_in_place_of_the_file_that_settings_name():
     view = SimpleNamespace(size=(16, 24), border=0, grid=(16, 24))
-    found = importance_map.wanted(view, make_settings(importance="nowhere.png"), None, mask())
+    found = importance_map.importance_weights(view, make_settings(importance="nowhere.png"), None, mask())
     assert np.array_equal(found, mask())
 
 

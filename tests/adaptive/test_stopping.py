@@ -17,7 +17,7 @@ GOALS = [400, 800, 1600]
 
 
 def clock(limit=None, rate=None):
-    found = Clock(limit, time.perf_counter(), FRAME)
+    found = Clock(limit, time.perf_counter(), FRAME.pixel_count)
     if rate is not None:
         found.samples, found.seconds = rate, 1.0
     return found
@@ -86,7 +86,7 @@ def passes(found, now, *several):
 
 
 def test_the_first_pass_says_nothing_of_the_others_and_later_ones_count_more(now):
-    found = Clock(None, now[0], FRAME)
+    found = Clock(None, now[0], FRAME.pixel_count)
     assert found.seconds_for(10) is None
     assert passes(found, now, (1000, 10.0)).seconds_for(500) == pytest.approx(5.0)
     assert passes(found, now, (1000, 1.0)).seconds_for(500) == pytest.approx(0.5)
@@ -95,23 +95,23 @@ def test_the_first_pass_says_nothing_of_the_others_and_later_ones_count_more(now
 
 
 def test_what_fits_in_the_time_that_is_left(now):
-    limited = passes(Clock(60.0, now[0], FRAME), now, (500, 9.0), (500, 1.0))
+    limited = passes(Clock(60.0, now[0], FRAME.pixel_count), now, (500, 9.0), (500, 1.0))
     left = 50.0 - SECONDS_TO_END - SECONDS_PER_PIXEL
     assert limited.samples_left() == pytest.approx(500 * left)
     limited.keep_back(10.0)
     assert limited.samples_left() == pytest.approx(500 * (left - 10))
-    assert Clock(None, now[0], FRAME).samples_left() == float("inf")
+    assert Clock(None, now[0], FRAME.pixel_count).samples_left() == float("inf")
 
 
 def test_a_large_picture_keeps_back_the_time_to_write_it(now):
     """Of a megapixel 2 s, by the measured 2 microseconds a pixel."""
     large = PlainFrame((1000, 1000), 0, ["R", "G", "B"], 0, (0, 0, 1000, 1000))
-    ends = [Clock(60.0, now[0], frame).end for frame in (FRAME, large)]
+    ends = [Clock(60.0, now[0], frame.pixel_count).end for frame in (FRAME, large)]
     assert ends[0] - ends[1] == pytest.approx(2.0, rel=1e-3)
 
 
 def test_no_pass_is_begun_that_would_end_too_late(now):
-    limited = passes(Clock(20.0, now[0], FRAME), now, (500, 4.0))
+    limited = passes(Clock(20.0, now[0], FRAME.pixel_count), now, (500, 4.0))
     assert not limited.is_over()
     now[0] = 100 + 20 - 4.5
     assert not limited.is_over()
@@ -121,7 +121,7 @@ def test_no_pass_is_begun_that_would_end_too_late(now):
 
 def test_a_round_is_planned_for_nine_tenths_of_the_time_that_is_left(now):
     settings = make_settings(time=30.0, spp=16)
-    limited = passes(Clock(30.0, now[0], FRAME), now, (50, 9.0), (10, 1.0))
+    limited = passes(Clock(30.0, now[0], FRAME.pixel_count), now, (50, 9.0), (10, 1.0))
     left = 10 * (20.0 - SECONDS_TO_END - SECONDS_PER_PIXEL)
     assert next_goal(GOALS, 810, settings, None, limited) == (810 + int(0.9 * left), None)
     # another round is worth while for a twentieth of the samples there are

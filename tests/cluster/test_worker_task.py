@@ -16,7 +16,7 @@ from tracer.errors import ClusterError
 from tracer.sampling.wavefront import Stretch
 from tracer.scene.fingerprint import fingerprint
 from tracer.scene.view import open_scene
-from tracer.session.local_drawer import Here
+from tracer.session.local_drawer import LocalDrawer
 
 SCENE = Path(scenes.__file__).parent / "spheres_and_rods.xml"
 WORK = Work(software(), None, 1 << 20, 5, 0.25)
@@ -39,7 +39,7 @@ def rounds(pixel_count):
 
 def drawn_here(stretches):
     with open_scene(SCENE, size=16) as view:
-        drawer = Here(view, mi.load_dict({"type": "owen_sobol"}), None)
+        drawer = LocalDrawer(view, mi.load_dict({"type": "owen_sobol"}), None)
         estimate = drawer.empty()
         for each in stretches:
             for _ in drawer.draw(estimate, *(part.reshape(view.grid) for part in (each.before, each.after)), 5, 0.25):
@@ -72,13 +72,13 @@ def test_units_have_the_sums_of_the_picture(setup, tmp_path):
 
 def test_a_unit_keeps_to_the_scale_and_the_largest_pass_of_its_work(setup, tmp_path, monkeypatch):
     seen = []
-    line = Here.draw_line
+    line = LocalDrawer.draw_line
 
     def watch(self, *arguments):
         seen.append((self.largest_pass, *arguments[2:4]))
         return line(self, *arguments)
 
-    monkeypatch.setattr(Here, "draw_line", watch)
+    monkeypatch.setattr(LocalDrawer, "draw_line", watch)
     work = Work(software(), None, 4096, 9, 0.125)
     draw(setup, tmp_path, (0, 5), rounds(16 * 16)[:1], work=work)
     assert seen == [(4096, 9, 0.125)]

@@ -11,8 +11,8 @@ from tracer import criteria
 from tracer.criteria import registry
 from tracer.sampling.samples import draw
 from tracer.scene.view import open_scene
-from tracer.session.render_loop import render_view
-from tracer.settings import make_settings
+from tracer.session.render import render_request
+from tracer.session.request import Request
 
 from .made_up import evidence_of, light, statistics_of
 
@@ -110,7 +110,7 @@ def test_sums_of_a_render_are_those_of_its_samples(cornell, monkeypatch, name):
 
     monkeypatch.setitem(registry.registered, name, dataclasses.replace(rule, importance=spy))
     with open_scene(cornell()) as view:
-        render_view(view, make_settings(criterion=name, spp=16, seed=3))
+        render_request(Request(view, {"criterion": name, "spp": 16, "seed": 3}))
         pixel = mi.UInt32(np.arange(view.pixel_count, dtype=np.uint32))
         sampler = mi.load_dict({"type": "owen_sobol"})
         samples = []

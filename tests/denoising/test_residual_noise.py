@@ -5,7 +5,7 @@ import pytest
 
 import tracer
 from tracer.denoising import residual_noise
-from tracer.denoising.residual_noise import LEAST, Leftover
+from tracer.denoising.residual_noise import LEAST, ResidualNoise
 from tracer.film.estimate import Statistics
 from tracer.film.features import Features
 from tracer.scene.view import open_scene
@@ -26,9 +26,10 @@ def test_the_share_is_that_of_the_moves(cornell, monkeypatch):
     left[:, :32] = 0.1**0.5
     monkeypatch.setattr(residual_noise, "denoise", lambda image, albedo, normal: left * image)
     with open_scene(cornell(size=(64, 48))) as view:
-        found = Leftover(view, None, 0)
+        found = ResidualNoise(view, None, 0)
         found.features = Features(first, first, first[..., 0])
-        share = found.share(statistics(first), statistics(second))
+        found.update(statistics(first), statistics(second))
+    share = found.share
     assert share[:, :20] == pytest.approx(np.full((48, 20), 0.1), rel=0.05)
     assert share[:, -20:] == pytest.approx(np.ones((48, 20)), rel=0.05)
     assert share.min() >= LEAST

@@ -12,9 +12,9 @@ from tracer import criteria
 from tracer.errors import SettingsError
 from tracer.result import empty_pixels
 from tracer.scene.view import open_scene
-from tracer.session.render_loop import Rendering, render_view
-from tracer.session.terms import Terms
-from tracer.settings import make_settings
+from tracer.session.develop import finish
+from tracer.session.render import begun, render_request
+from tracer.session.request import Request
 
 ALL = ["face_entropy", "fused", "shape_entropy", "uniform", "variance"]
 
@@ -129,11 +129,11 @@ def test_too_small_a_budget_is_uniform_and_says_so(cornell):
 def test_kernels_are_compiled_in_the_first_render_only(cornell):
     with open_scene(cornell()) as view:
         for spp in (64, 32):
-            render_view(view, make_settings(spp=spp))
+            render_request(Request(view, {"spp": spp}))
         dr.kernel_history_clear()
         with dr.scoped_set_flag(dr.JitFlag.KernelHistory):
             for spp, seed in ((64, 1), (48, 2), (200, 3)):
-                render_view(view, make_settings(spp=spp, seed=seed))
+                render_request(Request(view, {"spp": spp, "seed": seed}))
         compiled = [kernel for kernel in dr.kernel_history() if kernel["type"] == dr.KernelType.JIT]
     assert len(compiled) > 20
     missed = [(kernel["size"], kernel["operation_count"]) for kernel in compiled if not kernel["cache_hit"]]
@@ -165,7 +165,7 @@ def test_a_render_lets_go_of_its_scene(cornell):
     views = []
     for _ in range(3):
         with open_scene(cornell()) as view:
-            render_view(view, make_settings(spp=16))
+            render_request(Request(view, {"spp": 16}))
             views.append(weakref.ref(view))
         del view
     assert [view() for view in views] == [None] * 3
@@ -174,10 +174,11 @@ def test_a_render_lets_go_of_its_scene(cornell):
 def test_a_stopped_unbiased_picture_has_no_holes(cornell, monkeypatch):
     monkeypatch.setattr("tracer.sampling.passes.PASS_SIZES", (1000, 1000, 1000))
     with open_scene(cornell()) as view:
-        rendering = Rendering(view, make_settings(spp=64, unbiased=True), Terms(lambda now: now.done < 0.3 * now.total))
-        rendering.drawer.pass_size = 1000
-        result = rendering.run()
-        rendering.drawer.close()
+        request = Request(view, {"spp": 64, "unbiased": True}, progress=lambda now: now.done < 0.3 * now.total)
+        with begun(request, view) as rendering:
+            rendering.drawer.pass_size = 1000
+            rendering.run()
+            result = finish(rendering, features=False, denoise=False)
     assert not result.report.complete
     assert result.samples.min() >= 4
     assert "Not unbiased" in " ".join(result.report.notes)
@@ -193,7 +194,9 @@ def test_luminance_is_that_of_the_films_channels(cornell):
     found = {}
     for pixel_format in ("rgb", "xyza", "luminance"):
         with open_scene(cornell(pixel_format=pixel_format)) as view:
-            found[pixel_format] = view.luminance(render_view(view, make_settings(spp=16, criterion="uniform")).image)
+            found[pixel_format] = view.luminance(
+                render_request(Request(view, {"spp": 16, "criterion": "uniform"})).image
+            )
     for pixel_format in ("xyza", "luminance"):
         assert found[pixel_format] == pytest.approx(found["rgb"], rel=1e-3, abs=1e-4)
 

@@ -158,14 +158,15 @@ def test_killed_and_started_again(scene, tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_one_failure_does_not_stop_the_rest(scene, tmp_path, monkeypatch):
-    own = methods.render_view
+    own = methods.render_request
 
-    def sometimes(view, settings, progress, importance):
+    def sometimes(request):
+        settings = request.settings
         if settings.criterion == "fused" and settings.spp == 16 and settings.seed == 1:
             raise RuntimeError("out of luck\nsecond line")
-        return own(view, settings, progress)
+        return own(request)
 
-    monkeypatch.setattr(methods, "render_view", sometimes)
+    monkeypatch.setattr(methods, "render_request", sometimes)
     results = run_study(plan_of(scene), tmp_path / "out")
     assert [(one.method, one.budget, one.seed, one.message) for one in results.failures] == [
         ("fused", "16 spp", 1, "RuntimeError: out of luck")
@@ -174,7 +175,7 @@ def test_one_failure_does_not_stop_the_rest(scene, tmp_path, monkeypatch):
     row = next(row for row in results.tables()[0] if (row.method, row.budget) == ("fused", "16 spp"))
     assert row.seeds == 1
     assert "out of luck" in (tmp_path / "out" / "index.html").read_text()
-    monkeypatch.setattr(methods, "render_view", own)
+    monkeypatch.setattr(methods, "render_request", own)
     shots = count_shots(monkeypatch)
     assert not run_study(plan_of(scene), tmp_path / "out").failures
     assert len(shots) == 1

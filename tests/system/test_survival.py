@@ -144,14 +144,15 @@ import sys, threading
 import tracer.session.render_loop as loop
 from tracer.cli import main
 
-def hang(self, now):
+def hang(self, finished):
     import drjit as dr, mitsuba as mi
+    self.keeper.save_if_due(self.state)
     if self.keeper.kept:
         dr.set_thread_count(1)
         mi.Bitmap("picture.exr")  # which Mitsuba waits for with one thread, for ever
     return True
 
-loop.Rendering.tell = hang
+loop.Rendering.go_on = hang
 main()
 """
 

@@ -24,7 +24,7 @@ Note = Callable[[str], Any]
 """Takes a sentence for the report."""
 
 
-def wanted(
+def importance_weights(
     view: View, settings: Settings, sampler: Any, importance: Any = None, note: Note = lambda text: None
 ) -> Floats:
     """Return what importance is multiplied by (grid), >= 0 and not zero everywhere.

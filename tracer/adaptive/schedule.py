@@ -1,9 +1,12 @@
-"""How a budget is cut up in time: rounds between decisions, passes between signs of life."""
+"""How a budget is cut up in time: which rounds there are between decisions, and when there is none any more."""
 
 from __future__ import annotations
 
 from math import sqrt
 
+from tracer.adaptive.convergence import Noise
+from tracer.adaptive.stopping import Clock, Reason, next_goal
+from tracer.criteria import Criterion
 from tracer.settings import Settings
 
 GROWTH = 2.0
@@ -35,3 +38,35 @@ def round_goals(settings: Settings, needs_radiance: bool, pixel_count: int, grow
     if settings.time is not None and goals[0] > 1:
         goals.insert(0, 1)
     return [round(goal * pixel_count) for goal in goals]
+
+
+class Schedule:
+    """Says whether another round is drawn, and how large it is, until there is a reason to stop."""
+
+    def __init__(
+        self, settings: Settings, criterion: Criterion, pixel_count: int, clock: Clock, measures_noise: bool
+    ) -> None:
+        """``clock``: has the limit of time, if there is one; ``measures_noise``: whether that is done after rounds."""
+        growth = PRIORITY_GROWTH if criterion.spends == "priority" else GROWTH
+        self.settings, self.pixel_count, self.clock = settings, pixel_count, clock
+        self.goals = round_goals(settings, criterion.needs_radiance, pixel_count, growth)
+        self.measures_noise = measures_noise
+        self.noise: Noise | None = None
+        """What was measured last, if it is measured."""
+        self.stopped_by: Reason | None = None
+
+    @property
+    def budget(self) -> int:
+        """The most samples that are drawn in all."""
+        return self.settings.spp * self.pixel_count
+
+    def next_goal(self, done: int) -> int | None:
+        """Return how many samples there are to be after the next round; None if there is a reason to stop."""
+        if self.stopped_by is not None:
+            return None
+        goal, self.stopped_by = next_goal(self.goals, done, self.settings, self.noise, self.clock)
+        return goal
+
+    def is_last(self, goal: int) -> bool:
+        """Return whether a round that ends with ``goal`` samples spends the budget."""
+        return goal == self.goals[-1]

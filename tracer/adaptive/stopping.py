@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import Literal
 
 from tracer.adaptive.convergence import Noise
-from tracer.scene.frame import Frame
 from tracer.settings import Settings
 
 Reason = Literal["spp", "noise", "time", "person"]
@@ -34,9 +33,9 @@ SECONDS_TO_END = 0.3
 class Clock:
     """Time spent and time left."""
 
-    def __init__(self, limit: float | None, started: float, frame: Frame) -> None:
+    def __init__(self, limit: float | None, started: float, pixel_count: int) -> None:
         """``started``: value of ``time.perf_counter()`` from which ``limit`` seconds count."""
-        reserve = SECONDS_TO_END + SECONDS_PER_PIXEL * frame.pixel_count
+        reserve = SECONDS_TO_END + SECONDS_PER_PIXEL * pixel_count
         self.began, self.end = started, None if limit is None else started + limit - reserve
         self.last = time.perf_counter()
         self.first = True

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -28,6 +28,16 @@ def objective_names() -> list[str]:
     from tracer.image.objective import OBJECTIVES
 
     return list(OBJECTIVES)
+
+
+def given(context: typer.Context) -> dict[str, Any]:
+    """Return the values that a command was given, without its defaults, by the names of its parameters."""
+
+    def is_given(name: str) -> bool:
+        source = context.get_parameter_source(name)
+        return source is not None and source.name == "COMMANDLINE"
+
+    return {name: value for name, value in context.params.items() if is_given(name)}
 
 
 SceneFile = Annotated[Path, typer.Argument(help="Mitsuba scene file (XML).", show_default=False)]

@@ -50,16 +50,16 @@ def radiosity(
 
     Example: tracer radiosity scene.xml -o out.exr
     """
-    from tracer.api import render
     from tracer.cli import signals
     from tracer.cli.progress import steps, watch
     from tracer.core import backend
     from tracer.errors import SceneError, SettingsError
     from tracer.io import atomic
     from tracer.radiosity.remarks import other_than_diffuse, remarks, with_media
-    from tracer.scene.fingerprint import fingerprint
-    from tracer.scene.load import load
-    from tracer.session.output import chosen_layers, metadata, write_result
+    from tracer.scene.loaded import load_scene
+    from tracer.session.output import chosen_layers
+    from tracer.session.render import render_request
+    from tracer.session.request import PictureFile, Request
 
     atomic.check_output(output, overwrite)
     written = chosen_layers(layers)
@@ -70,10 +70,8 @@ def radiosity(
     backend.activate()
     import mitsuba as mi
 
-    scene_hash = fingerprint(scene)
-    loaded = load(scene)
-    if loaded.class_name() != "Scene":
-        raise SceneError(f"'{scene}' holds a {loaded.class_name()}, not a scene; wrap it in <scene>.")
+    loaded_scene = load_scene(scene)
+    loaded = loaded_scene.scene
     if strict and (others := other_than_diffuse(loaded)):
         raise SceneError(f"These shapes of '{scene}' are not diffuse: {', '.join(others)}; leave out --strict.")
     if strict and (media := with_media(loaded)):
@@ -88,12 +86,23 @@ def radiosity(
             if not step(text, done, total):
                 raise KeyboardInterrupt
 
-        integrator.solve_for(loaded, told)
+        integrator.prepare_scene(loaded, told)
     for sentence in [] if quiet else remarks(loaded):
         typer.echo(sentence, err=True)
     with watch("Rendering", quiet) as progress:
-        result = render(loaded, integrator=integrator, sensor=sensor, size=size, spp=spp, seed=seed, progress=progress)
-    write_result(output, result, metadata(result, scene_hash), written)
+        picture = PictureFile(output, overwrite, written)
+        settings = {"spp": spp, "seed": seed}
+        result = render_request(
+            Request(
+                loaded_scene,
+                settings,
+                sensor=sensor,
+                integrator=integrator,
+                size=size,
+                progress=progress,
+                picture=picture,
+            )
+        )
     if not quiet:
         found = integrator.solution
         typer.echo(

@@ -11,8 +11,12 @@ import typer
 from tracer.cli import options
 from tracer.cli.options import Panel
 
+OWN = ("config", "shape_weight", "quiet", "as_json")
+"""Options of the command line alone; all others are those of a job, and have its names."""
+
 
 def render(
+    context: typer.Context,
     scene: options.SceneFile,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Picture to write: .exr (all layers) or .png.")
@@ -127,11 +131,7 @@ def render(
 
     Example: tracer render scene.xml -o out.exr --noise 0.05 --time 600 --checkpoint out.ckpt
     """
-    given: dict[str, Any] = {
-        name: value
-        for name, value in locals().items()
-        if name not in ("config", "shape_weight", "quiet", "as_json") and not (value is None or value is False)
-    }
+    given = {name: value for name, value in options.given(context).items() if name not in OWN}
     if shape_weight:
         given["shape_weights"] = ",".join(shape_weight)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 from typing import Any
@@ -12,20 +12,23 @@ import mitsuba as mi
 from tracer.cluster.connection import open_crew
 from tracer.cluster.round_scheduler import Spread
 from tracer.cluster.worker_setup import make_setup
-from tracer.session.terms import DrawerFor
-
-Hire = Callable[..., DrawerFor]
-"""From scene, hash of it, values of its $parameters, sensor and how it is seen to a drawer; see ``make_setup``."""
+from tracer.core.plain_values import plain
+from tracer.scene.loaded import LoadedScene
+from tracer.session.local_drawer import DrawerFor
+from tracer.session.request import Request, Workers
 
 
 @contextmanager
-def hire(cluster: Any) -> Iterator[Hire]:
-    """Yield a function that lets workers draw a scene; see ``open_crew`` for ``cluster`` and errors."""
-    with open_crew(cluster) as crew:
+def hire(cluster: Any) -> Iterator[Workers]:
+    """Yield a function that lets workers draw what a request asks for; see ``open_crew`` for ``cluster`` and errors."""
+    with open_crew(plain(cluster)) as crew:
 
-        def drawer(scene: Any, scene_hash: str, define: dict[str, str] | None, sensor: Any, **seen: Any) -> DrawerFor:
-            setup = make_setup(scene, scene_hash, mi.variant(), define, sensor, **seen)
+        def workers(request: Request, scene_hash: str) -> DrawerFor:
+            loaded = isinstance(request.scene, LoadedScene)
+            scene, define = (request.scene.path, request.scene.define) if loaded else (request.scene, request.define)
+            seen = {"integrator": request.integrator, "size": request.size, "crop": request.crop}
+            setup = make_setup(scene, scene_hash, mi.variant(), define, request.sensor, **seen)
             crew.begin(setup)
             return partial(Spread, crew, setup)
 
-        yield drawer
+        yield workers

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import drjit as dr
-import mitsuba as mi
 
 from tracer import criteria
 from tracer.cluster.bundle import SCENES
@@ -17,10 +16,11 @@ from tracer.cluster.worker_setup import Setup
 from tracer.core import backend
 from tracer.errors import SceneMissingError
 from tracer.film.estimate import Estimate
+from tracer.sampling.samples import make_sampler
 from tracer.scene.fingerprint import fingerprint
 from tracer.scene.frame import PlainFrame
 from tracer.scene.view import open_scene
-from tracer.session.local_drawer import Here
+from tracer.session.local_drawer import LocalDrawer
 
 DEVICE = ThreadPoolExecutor(1, "tracer-device")
 """A worker may run several units at a time; they take turns here, each with all of its threads."""
@@ -45,13 +45,13 @@ class Stage:
         source = find_scene(setup, folder)
         opened = open_scene(source, setup.sensor, setup.integrator, setup.size, setup.crop, define)
         self.view = self.stack.enter_context(opened)
-        self.drawers: dict[str | None, Here] = {}
+        self.drawers: dict[str | None, LocalDrawer] = {}
 
-    def drawer(self, criterion: str | None) -> Here:
+    def drawer(self, criterion: str | None) -> LocalDrawer:
         """Return who draws, and gathers the moments of a criterion."""
         if criterion not in self.drawers:
             moments = None if criterion is None else criteria.get(criterion).moments
-            self.drawers[criterion] = Here(self.view, mi.load_dict({"type": "owen_sobol"}), moments)
+            self.drawers[criterion] = LocalDrawer(self.view, make_sampler(), moments)
         return self.drawers[criterion]
 
     def strip(self, size: int, kinds: tuple[int, int]) -> Estimate:

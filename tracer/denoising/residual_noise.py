@@ -31,16 +31,18 @@ LEAST = 0.02
 """Of a share: below it, it is taken for a denoiser's luck."""
 
 
-class Leftover:
+class ResidualNoise:
     """Denoises the means after every round."""
 
     def __init__(self, view: View, sampler: Any, seed: int) -> None:
         self.view, self.sampler, self.seed = view, sampler, seed
         self.features: Features | None = None
         self.last: tuple[Statistics, NDArray[np.float32]] | None = None
+        self.share: Floats | float = 1.0
+        """Of squared noise that denoising leaves (grid), LEAST to 1."""
 
-    def share(self, before: Statistics, known: Statistics) -> Floats:
-        """Return the share of squared noise that denoising leaves (grid), LEAST to 1. Raises DenoiseError."""
+    def update(self, before: Statistics, known: Statistics) -> None:
+        """Learn the share from the statistics before and after a round. Raises DenoiseError."""
         inner = self.view.inner
         past, present = self.denoised(before), self.denoised(known)
         noisy = [self.view.rgb(each.mean[inner]) for each in (before, known)]
@@ -49,7 +51,7 @@ class Leftover:
         noise = gaussian_filter(weight * np.mean((noisy[1] - noisy[0]) ** 2, axis=-1), SMOOTH)
         with np.errstate(divide="ignore", invalid="ignore"):  # where nothing is noise the quotient is not chosen
             share = np.where(noise > 0, left / noise, 1.0)
-        return np.pad(np.clip(share, LEAST, 1.0), self.view.border, mode="edge")
+        self.share = np.pad(np.clip(share, LEAST, 1.0), self.view.border, mode="edge")
 
     def denoised(self, known: Statistics) -> NDArray[np.float32]:
         """Return the means of the picture without noise (H, W, 3); those of the last round are kept."""

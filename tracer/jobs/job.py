@@ -14,6 +14,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 from tracer.core.suggest import nearest
 from tracer.errors import SettingsError
 from tracer.io import atomic
+from tracer.scene.loaded import LoadedScene
+from tracer.session.request import EVERY_SECONDS, PictureFile, Request, checkpoint_file
 from tracer.session.shards import parse_part
 from tracer.settings import Settings, in_one_sentence
 
@@ -42,7 +44,7 @@ class Job(BaseModel):
     frames: str | None = None
     """First and last number: "1-24", "1-24:2" for every other one, "3,7" for these."""
     checkpoint: Path | None = None
-    checkpoint_every: float = Field(60.0, ge=0)
+    checkpoint_every: float = Field(EVERY_SECONDS, ge=0)
     resume: bool = False
     overwrite: bool = False
     features: bool = False
@@ -210,6 +212,25 @@ def shots_of(job: Job, sensors: int) -> Iterator[Shot]:
             yield Shot(frame_file(job.scene, number), define, sensor, *files_of)
 
 
+def request_for(job: Job, shot: Shot, scene: LoadedScene) -> Request:
+    """Return what is asked of a session for one picture. Raises SettingsError."""
+    origin = job.model_dump(mode="json", exclude={"settings", "overwrite", "resume"}, exclude_none=True)
+    return Request(
+        scene,
+        job.settings,
+        sensor=shot.sensor,
+        integrator=job.integrator,
+        size=job.size,
+        crop=job.crop,
+        part=None if job.part is None else parse_part(job.part),
+        features=job.features,
+        denoise=job.denoise,
+        memory_limit=job.memory,
+        checkpoint=checkpoint_file(shot.checkpoint, job.checkpoint_every, job.resume, job.overwrite),
+        picture=None if shot.output is None else PictureFile(shot.output, job.overwrite, job.layers, origin),
+    )
+
+
 def frame_file(scene: Path, number: int | None) -> Path:
     """Return the scene file of a frame."""
     return scene if number is None else scene.with_name(put_number(scene.name, number))
@@ -239,7 +260,11 @@ def check_frames(job: Job) -> None:
 
 
 def check_outputs(shots: list[Shot], job: Job) -> None:
-    """Raise OutputError if any file of a job cannot be written, before the first is rendered."""
+    """Raise OutputError if any file of a job cannot be written, before the first is rendered.
+
+    Raises SettingsError where there is nothing to resume from.
+    """
+    checkpoint_file(job.checkpoint, job.checkpoint_every, job.resume, job.overwrite)
     for shot in shots:
         if shot.output is not None:
             atomic.check_output(shot.output, job.overwrite or job.resume)

@@ -36,6 +36,11 @@ Moments = Callable[[list[Any], Any], tuple[list[Any], list[Any]]]
 """From the colour of a sample (mi.Float per channel) and its index (mi.UInt32) to ``moments`` and ``peaks``."""
 
 
+def make_sampler() -> Any:
+    """Return a new sampler of the kind that every sample is drawn with."""
+    return mi.load_dict({"type": "owen_sobol"})
+
+
 def camera_ray(view: View, sampler: Any, row: Any, column: Any) -> tuple[Any, Any, Any]:
     """Return (ray, weight, position within the pixel) for the next sample of pixels of ``view.grid``.
 

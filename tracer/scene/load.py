@@ -59,6 +59,13 @@ def describe(source: Any) -> str:
     return f"'{source}'" if isinstance(source, str | Path) else "the scene"
 
 
+def require_scene(source: Any, loaded: Any) -> Any:
+    """Return what was loaded from ``source`` if it is a scene, else raise SceneError."""
+    if loaded.class_name() != "Scene":
+        raise SceneError(f"{describe(source)} holds a {loaded.class_name()}, not a scene; wrap it in <scene>.")
+    return loaded
+
+
 def load(source: Any, sampler: str | None = None, define: dict[str, str] | None = None) -> Any:
     """Return the ``mi.Scene`` of a path or dictionary; an object is passed through. Raises SceneError.
 

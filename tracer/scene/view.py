@@ -18,8 +18,9 @@ from tracer.core.device import upload_tensor
 from tracer.core.plain_values import whole_number, whole_numbers
 from tracer.errors import BackendError, SceneError, SettingsError
 from tracer.scene.frame import Frame
-from tracer.scene.load import LOAD_ERRORS, describe, load
+from tracer.scene.load import LOAD_ERRORS, describe, load, require_scene
 from tracer.scene.load_errors import load_error, render_error
+from tracer.scene.preparation import prepare_scene
 
 Crop = tuple[int, int, int, int] | None
 """x, y, width and height in pixels of a part of the film."""
@@ -143,9 +144,7 @@ def open_scene(
     once it has its ``size``, that is rendered instead of its own crop window; ``define``: values of the $parameters of
     a file. Raises SceneError, SettingsError, or BackendError for what was loaded under another variant.
     """
-    scene = require_variant("scene", load(source, define=define))
-    if scene.class_name() != "Scene":
-        raise SceneError(f"{describe(source)} holds a {scene.class_name()}, not a scene; wrap it in <scene>.")
+    scene = require_scene(source, require_variant("scene", load(source, define=define)))
     chosen = pick_sensor(scene, sensor, source)
     asked = require_variant("integrator", make_integrator(integrator if integrator is not None else scene.integrator()))
     ours = type(asked).__name__ == "AdaptiveIntegrator"  # by name: the class is another one in every variant
@@ -158,8 +157,7 @@ def open_scene(
     original = resize_film(chosen, size, crop)
     try:
         require_pixels(view)
-        if hasattr(nested, "solve_for"):  # of ours, that solve something first: not while samples are recorded
-            nested.solve_for(scene)
+        prepare_scene(nested, scene)
         yield view
     except RuntimeError as error:
         if (said := render_error(describe(source), error)) is None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -11,6 +11,7 @@ import drjit as dr
 import mitsuba as mi
 
 from tracer.core.arrays import Counts
+from tracer.criteria import Criterion
 from tracer.film.estimate import Estimate
 from tracer.sampling import samples
 from tracer.sampling.passes import PASS_SIZES, even_pass, next_pass_size
@@ -28,7 +29,7 @@ class Pass:
 
 
 class Drawer(Protocol):
-    """Who draws, in this process or elsewhere. Whoever it is, the sums are the same."""
+    """Draws the samples of a render, in this process or elsewhere. Whoever it is, the sums are the same."""
 
     def empty(self) -> Estimate:
         """Return an estimate without samples, to add to."""
@@ -49,7 +50,11 @@ class Drawer(Protocol):
         """Let go of what drawing needs."""
 
 
-class Here:
+DrawerFor = Callable[[View, Criterion, int], Drawer]
+"""From a view, the criterion that decides and the most samples of a pass to who draws."""
+
+
+class LocalDrawer:
     """Draws in this process."""
 
     def __init__(

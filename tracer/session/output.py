@@ -10,11 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.core.version import version
-from tracer.errors import OutputError
+from tracer.errors import OutputError, WriteError
 from tracer.image.colour import display
 from tracer.io.exr import Chosen, layers_of, own_names, write_exr, write_png
 from tracer.io.rescue import write_or_rescue
 from tracer.result import Result
+from tracer.session.keeper import Keeper
+from tracer.session.request import PictureFile
 
 
 def metadata(result: Result, scene_hash: str) -> dict[str, Any]:
@@ -57,6 +59,18 @@ def write_result(path: Path, result: Result, metadata: dict[str, Any], chosen: C
             write_exr(place, *layers(result), metadata, result.window)
 
     write_or_rescue(path, write)
+
+
+def write_picture(file: PictureFile, result: Result, scene_hash: str, keeper: Keeper | None) -> None:
+    """Write the picture of a request. Raises WriteError, which says where its samples are if ``keeper`` has them."""
+    if file.path.suffix.lower() == ".exr" and file.layers == "all" and (renamed := renamed_layers(result)):
+        result.report.note(f"Layers of tracer have the names of AOVs, which are written as {', '.join(renamed)}.")
+    try:
+        own = {"job": file.origin} if file.origin else {}
+        write_result(file.path, result, metadata(result, scene_hash) | own, file.layers)
+    except WriteError as error:
+        kept = keeper.all_is_kept() if keeper is not None else ""
+        raise WriteError(f"{error} {kept}".rstrip()) from None
 
 
 def chosen_layers(name: str | None) -> Chosen:

@@ -18,8 +18,8 @@ from tracer.core.arrays import Singles
 from tracer.progress import ProgressCallback
 from tracer.scene.load import load
 from tracer.scene.view import Size, open_scene, pick_sensor, resize_film
-from tracer.session.render_loop import render_view
-from tracer.session.terms import Terms
+from tracer.session.render import render_request
+from tracer.session.request import Request
 from tracer.settings import make_settings
 
 
@@ -85,9 +85,8 @@ class Studio:
             chosen = None if foretold is None else foretold(spp)
             spp = spp if chosen is None else max(1, round(float(chosen.mean())))
             start = time.perf_counter()
-            result = render_view(
-                view, make_settings(spp=spp, seed=seed, **settings), Terms(progress, denoise=denoise), chosen
-            )
+            whole = make_settings(spp=spp, seed=seed, **settings)
+            result = render_request(Request(view, whole, importance=chosen, denoise=denoise, progress=progress))
             seconds = time.perf_counter() - start
             if not result.report.complete:
                 raise KeyboardInterrupt

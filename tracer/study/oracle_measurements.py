@@ -22,6 +22,7 @@ from tracer.core.arrays import Singles
 from tracer.core.device import upload
 from tracer.io import atomic
 from tracer.sampling import samples
+from tracer.sampling.samples import make_sampler
 from tracer.scene.view import View
 from tracer.study.methods import Setting
 from tracer.study.reference import cache_key, prepare_cache
@@ -59,7 +60,7 @@ class Truth:
 
 def measure_truth(setting: Setting, view: View, told: Told) -> Truth:
     """Return what an oracle knows of a scene; what is kept from before is not measured again."""
-    sampler = mi.load_dict({"type": "owen_sobol"})
+    sampler = make_sampler()
     folder = prepare_cache() / cache_key(setting)
     folder.mkdir(exist_ok=True)
     path = folder / f"truth {truth_hash()}.npz"

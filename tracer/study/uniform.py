@@ -5,14 +5,15 @@ from __future__ import annotations
 from tracer.film.estimate import Statistics
 from tracer.result import Result
 from tracer.scene.view import View
-from tracer.session.render_loop import Rendering
+from tracer.session.develop import finish
+from tracer.session.render import begun
+from tracer.session.request import Request
 from tracer.settings import make_settings
 
 
 def render_uniform(view: View, spp: int, seed: int) -> tuple[Result, Statistics]:
     """Return a picture of ``spp`` samples a pixel, and the statistics of the samples of each pixel (grid)."""
-    rendering = Rendering(view, make_settings(spp=spp, seed=seed, criterion="uniform"))
-    try:
-        return rendering.run(), rendering.estimate.statistics()
-    finally:
-        rendering.drawer.close()
+    settings = make_settings(spp=spp, seed=seed, criterion="uniform")
+    with begun(Request(view, settings), view) as rendering:
+        rendering.run()
+        return finish(rendering, features=False, denoise=False), rendering.state.estimate.statistics()

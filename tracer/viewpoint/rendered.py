@@ -8,8 +8,8 @@ import numpy as np
 from tracer.core.arrays import Floats
 from tracer.errors import SceneError
 from tracer.image.colour import encode_srgb
-from tracer.scene.view import open_scene
-from tracer.session.render_loop import render_view
+from tracer.session.render import render_request
+from tracer.session.request import Request
 from tracer.settings import make_settings
 from tracer.viewpoint.camera import sensors
 from tracer.viewpoint.item_buffer import Viewpoints
@@ -28,8 +28,8 @@ def render_views(
     require_light(subject)
     found = []
     for sensor in sensors(viewpoints, lens, size, clip):
-        with open_scene(subject.scene, mi.load_dict(sensor), None) as view:
-            image = render_view(view, make_settings(spp=spp, objective="display")).image
+        settings = make_settings(spp=spp, objective="display")
+        image = render_request(Request(subject.scene, settings, sensor=mi.load_dict(sensor))).image
         found.append(np.asarray(encode_srgb(np.clip(np.nan_to_num(image[..., :3]), 0, 1))))
     return found
 

@@ -18,8 +18,9 @@ from tracer.cluster.remote_drawer import hire
 from tracer.result import Result
 from tracer.scene.fingerprint import fingerprint
 from tracer.scene.view import open_scene
-from tracer.session.render_loop import render_view
-from tracer.session.terms import Terms
+from tracer.session.develop import finish
+from tracer.session.render import begun, render_request
+from tracer.session.request import Request
 from tracer.settings import make_settings
 from tracer.study.cluster.model import Constants
 
@@ -69,16 +70,18 @@ class Pair:
 
 def pair(name: str, path: Path, told: Told) -> Pair:
     """Render a scene in both ways, one after the other, after a first time that is not measured."""
-    with hire(WORKERS) as hired, open_scene(path, size=SIZE) as view:
-        drawer = hired(path, fingerprint(path), None, 0, size=SIZE)
+    with hire(WORKERS) as workers, open_scene(path, size=SIZE) as view:
+        drawer_for = workers(Request(path, size=SIZE), fingerprint(path))
         found = Pair(name, view.pixel_count)
         for seed in (None, *SEEDS):
             told(f"{name}: {'warming up' if seed is None else f'seed {seed}'}")
             settings = make_settings(spp=64 if seed is None else SPP, seed=seed or 0)
             start = time.perf_counter()
-            alone = render_view(view, settings)
+            alone = render_request(Request(view, settings))
             middle, processor = time.perf_counter(), time.process_time()
-            other = render_view(view, settings, Terms(drawer=drawer))
+            with begun(Request(view, settings), view, drawer_for=drawer_for) as rendering:
+                rendering.run()
+                other = finish(rendering, features=False, denoise=False)
             end, processor = time.perf_counter(), time.process_time() - processor
             if seed is None:
                 continue
@@ -92,10 +95,10 @@ def pair(name: str, path: Path, told: Told) -> Pair:
                 apart = np.abs(one - two) / np.maximum(np.maximum(np.abs(one), np.abs(two)), 1e-30)
                 found.differing += int(np.count_nonzero(apart))
                 found.difference = max(found.difference, float(apart.max()))
-    for workers in (0, WORKERS):
+    for count in (0, WORKERS):
         told(f"{name}: whole program")
-        found.programs[str(workers)] = program_seconds(path, workers)
-        found.memory[str(workers)] = client_memory(path, workers)
+        found.programs[str(count)] = program_seconds(path, count)
+        found.memory[str(count)] = client_memory(path, count)
     return found
 
 

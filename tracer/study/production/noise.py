@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from tracer.image import objective
 from tracer.scene.view import View, open_scene
-from tracer.session.render_loop import render_view
+from tracer.session.render import render_request
+from tracer.session.request import Request
 from tracer.settings import Settings, make_settings
 from tracer.study.methods import Setting
 from tracer.study.reference import make_reference
@@ -66,7 +67,7 @@ def stops(name: str, path: Path, told: Told) -> list[Stop]:
                 for seed in SEEDS:
                     told(f"{name}: to {target}, {criterion}, seed {seed}")
                     settings = make_settings(spp=MOST_SPP, noise=target, criterion=criterion, seed=seed)
-                    result = render_view(view, settings)
+                    result = render_request(Request(view, settings))
                     errors = true_errors(view, settings, result.image, reference)
                     report = result.report
                     found.append(

@@ -14,9 +14,9 @@ import numpy as np
 
 from tracer import live
 from tracer.scene.view import View, open_scene
-from tracer.session.checkpoint import Keeper
-from tracer.session.render_loop import render_view
-from tracer.session.terms import Terms
+from tracer.session.develop import finish
+from tracer.session.render import begun, render_request
+from tracer.session.request import CheckpointFile, Request
 from tracer.settings import make_settings
 
 Told = Callable[[str], None]
@@ -50,11 +50,16 @@ def overheads(name: str, path: Path, told: Told) -> list[Overhead]:
         for repeat in range(REPEATS):
             for way in ("plain", "live", "checkpoint"):
                 told(f"{name}: {way}, {repeat + 1} of {REPEATS}")
-                terms, count = prepared(way, Path(folder), repeat)
+                shown = live.png(Path(folder) / "now.png") if way == "live" else None
+                file = CheckpointFile(Path(folder) / f"{repeat}.ckpt", KEEP_SECONDS) if way == "checkpoint" else None
+                settings = make_settings(spp=spp, criterion="uniform", seed=repeat)
                 start = time.perf_counter()
-                render_view(view, make_settings(spp=spp, criterion="uniform", seed=repeat), terms)
+                with begun(Request(view, settings, progress=shown, checkpoint=file), view) as rendering:
+                    rendering.run()
+                    finish(rendering, features=False, denoise=False)
                 seconds.setdefault(way, []).append(time.perf_counter() - start)
-                counts[way] = count()
+                writes = rendering.keeper.writes.count if rendering.keeper is not None else 0
+                counts[way] = writes if shown is None else shown.shown
     plain = np.array(seconds["plain"])
     return [
         Overhead(name, way, float(np.median(each)), float(np.median(np.array(each) / plain - 1)), counts[way])
@@ -62,22 +67,11 @@ def overheads(name: str, path: Path, told: Told) -> list[Overhead]:
     ]
 
 
-def prepared(way: str, folder: Path, repeat: int) -> tuple[Terms, Callable[[], int]]:
-    """Return the terms of a way to render, and what tells how often it showed or wrote."""
-    if way == "live":
-        callback = live.png(folder / "now.png")
-        return Terms(callback), lambda: callback.shown
-    if way == "checkpoint":
-        keeper = Keeper(folder / f"{repeat}.ckpt", "", resume=False, every=KEEP_SECONDS)
-        return Terms(keeper=keeper), lambda: keeper.writes
-    return Terms(), lambda: 0
-
-
 def spp_for(view: View, seconds: float) -> int:
     """Return the samples per pixel that take about so long."""
     for spp in (4, 16):  # the first compiles
         start = time.perf_counter()
-        render_view(view, make_settings(spp=spp, criterion="uniform"))
+        render_request(Request(view, make_settings(spp=spp, criterion="uniform")))
         taken = time.perf_counter() - start
     return max(round(16 * seconds / taken), 1)
 

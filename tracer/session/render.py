@@ -1,0 +1,140 @@
+"""The front door: carry out a request, whoever makes it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+
+import drjit as dr
+import numpy as np
+
+from tracer import criteria
+from tracer.adaptive.importance_map import importance_weights
+from tracer.adaptive.schedule import Schedule
+from tracer.adaptive.stopping import Clock
+from tracer.denoising.oidn import load as load_denoiser
+from tracer.denoising.residual_noise import ResidualNoise
+from tracer.errors import ClusterError
+from tracer.io import exr
+from tracer.result import Report, Result
+from tracer.sampling.samples import make_sampler
+from tracer.scene.loaded import LoadedScene
+from tracer.scene.view import View, open_scene
+from tracer.session import memory
+from tracer.session.develop import finish
+from tracer.session.first_look import FirstLook
+from tracer.session.keeper import make_keeper
+from tracer.session.local_drawer import Drawer, DrawerFor, LocalDrawer
+from tracer.session.output import write_picture
+from tracer.session.planner import Planner
+from tracer.session.progress_reporter import ProgressReporter
+from tracer.session.recorder import Recorder
+from tracer.session.render_loop import Rendering
+from tracer.session.request import Request, check_files, scene_hash_of
+from tracer.session.shards import share
+from tracer.session.state import State
+from tracer.settings import Settings, make_settings
+
+FEATURE_SECONDS, DENOISE_SECONDS = 6e-6, 8e-6
+"""Seconds per pixel that drawing features and denoising take, kept back for the end where time is limited."""
+
+
+def render_request(request: Request) -> Result:
+    """Render one picture and write it where the request says. Raises the errors of ``tracer.errors``.
+
+    All that can be refused is refused before the first sample. A Mitsuba variant must be active.
+    """
+    started = time.perf_counter() if request.started is None else request.started
+    check_files(request)
+    scene_hash = scene_hash_of(request)
+    drawer_for = None if request.workers is None else request.workers(request, scene_hash)
+    with opened(request) as view, begun(request, view, scene_hash, drawer_for, started) as rendering:
+        try:
+            rendering.run()
+            result = finish(rendering, request.features, request.denoise)
+        except ClusterError as error:
+            raise type(error)(f"{error} {rendering.what_is_kept()}") from None
+    if request.picture is not None:
+        write_picture(request.picture, result, scene_hash, rendering.keeper)
+    return result
+
+
+@contextmanager
+def opened(request: Request) -> Iterator[View]:
+    """Open the view that is asked for, if it is not."""
+    if isinstance(request.scene, View):
+        yield request.scene
+        return
+    source, define = request.scene, request.define
+    if isinstance(source, LoadedScene):
+        source, define = source.scene, None
+    with open_scene(source, request.sensor, request.integrator, request.size, request.crop, define) as view:
+        yield view
+
+
+@contextmanager
+def begun(
+    request: Request,
+    view: View,
+    scene_hash: str = "",
+    drawer_for: DrawerFor | None = None,
+    started: float | None = None,
+) -> Iterator[Rendering]:
+    """Make all that the render of an open view needs, and let go of it at the end.
+
+    ``drawer_for``: makes who draws, if that is not this process; ``started``: as for ``Request``.
+    """
+    settings, samples_name = settings_of(request, view)
+    recorder = Recorder(Report(settings))
+    clock = Clock(settings.time, recorder.start if started is None else started, view.pixel_count)
+    clock.keep_back(view.pixel_count * (FEATURE_SECONDS * request.features + DENOISE_SECONDS * request.denoise))
+    if request.picture is not None:
+        exr.check_channels(view.channels)
+    if request.denoise or settings.objective == "denoised":
+        load_denoiser()  # before the work, not after
+    with dr.suspend_grad(), closing(make_drawer(request, view, settings, drawer_for)) as drawer:
+        remarks: list[str] = []
+        weights = importance_weights(view, settings, make_sampler(), request.importance, remarks.append)
+        criterion = criteria.get(settings.criterion)
+        schedule = Schedule(settings, criterion, view.pixel_count, clock, settings.noise is not None or request.denoise)
+        state = State.beginning(drawer.empty(), settings)
+        keeper = make_keeper(request, view, settings, weights, scene_hash, samples_name)
+        if keeper is not None:
+            state = keeper.load(state, drawer.empty())
+            state.plan_anew(schedule.budget)
+        state.meter.counted = (weights > 0)[view.inner] if np.any(weights == 0) else None
+        recorder.begin(state, remarks)
+        planner = Planner(view, settings, criterion, weights, FirstLook(view, settings, recorder), recorder)
+        if settings.objective == "denoised":
+            planner.residual_noise = ResidualNoise(view, make_sampler(), planner.seed(state))
+        if criterion.needs_radiance and len(schedule.goals) == 1:
+            recorder.report.note(
+                f"Uniform: {settings.spp} spp leave nothing to decide after a first look with "
+                f"{settings.pilot_samples} samples per pixel; use a larger spp or set pilot_spp."
+            )
+        reporter = ProgressReporter(request.progress, schedule, recorder)
+        yield Rendering(view, state, planner, drawer, schedule, keeper, reporter, recorder)
+
+
+def settings_of(request: Request, view: View) -> tuple[Settings, str]:
+    """Return the settings of a render, and what its samples are called in a checkpoint. Raises SettingsError."""
+    given = request.settings
+    settings = given if isinstance(given, Settings) else make_settings(**{**view.settings, **given})
+    if request.part is None:
+        return settings, f"seed {settings.seed}"
+    part = make_settings(**{**settings.model_dump(), **share(settings, request.part)})
+    return part, request.part.source(settings.seed)
+
+
+def make_drawer(request: Request, view: View, settings: Settings, drawer_for: DrawerFor | None) -> Drawer:
+    """Return who draws, in passes that fit into the memory. Raises SettingsError if no passes do."""
+    keeps = request.checkpoint is not None
+    needed = memory.need(view, settings, request.features, request.denoise, keeps)
+    largest_pass = memory.largest_pass(needed, request.memory_limit)
+    if needed.total(largest_pass) > memory.LARGE:
+        request.remark(memory.in_words(needed, largest_pass))
+    criterion = criteria.get(settings.criterion)
+    if drawer_for is not None:
+        return drawer_for(view, criterion, largest_pass)
+    return LocalDrawer(view, make_sampler(), criterion.moments, largest_pass)
