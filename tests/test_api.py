@@ -45,7 +45,7 @@ def test_numbers_of_numpy_are_numbers(cornell, given):
         ({"memory_limit": "much"}, r"memory_limit: write GiB, more than 0 \(was 'much'\)"),
         ({"checkpoint_every": -1}, "checkpoint_every: write seconds"),
         ({"define": ["a=1"]}, "define: write"),
-        ({"resume": True}, "name the file with checkpoint="),
+        ({"resume": True}, "name the checkpoint with checkpoint="),
         ({"importance": [["a"]]}, "importance: must be an image of numbers, not list"),
         ({"criterion": 3}, r"criterion: input should be a valid string \(was 3\)"),
         ({"criterion": lambda evidence: 3, "spp": 16}, r"importance >= 0 .* shape \(16, 24\) \(was int\)"),
