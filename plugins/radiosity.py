@@ -49,7 +49,8 @@ import drjit as dr
 import mitsuba as mi
 
 from tracer.errors import SettingsError
-from tracer.radiosity.direct import Told, silent
+from tracer.progress import StepCallback
+from tracer.radiosity.direct import silent
 from tracer.radiosity.final_gather import FinalGather, carried
 from tracer.radiosity.gathering import Solution, solve
 from tracer.radiosity.groups import neighbours
@@ -91,7 +92,7 @@ class RadiosityIntegrator(mi.SamplingIntegrator):
         self.smooth: Smooth | None = None
         self.final: FinalGather
 
-    def prepare_scene(self, scene: mi.Scene, told: Told = silent) -> None:
+    def prepare_scene(self, scene: mi.Scene, told: StepCallback = silent) -> None:
         """Cut and solve ``scene`` unless that is done. ``told`` hears of progress, and may raise to stop."""
         if self.scene is scene:
             return

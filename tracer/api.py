@@ -11,7 +11,7 @@ from tracer import criteria
 from tracer.cluster import hired
 from tracer.core import backend
 from tracer.core.plain_values import plain
-from tracer.core.suggest import nearest
+from tracer.core.suggest import did_you_mean
 from tracer.errors import SettingsError
 from tracer.progress import ProgressCallback
 from tracer.result import Result
@@ -106,8 +106,8 @@ def require_keywords(settings: dict[str, Any]) -> None:
     own = [name for name in inspect.signature(render).parameters if name != "settings"]
     unknown = next((name for name in settings if name not in Settings.model_fields), None)
     if unknown is not None:
-        hint = nearest(unknown, [*own, *Settings.model_fields])
-        raise SettingsError(f"There is no setting '{unknown}'" + (f", did you mean '{hint}'?" if hint else "."))
+        hint = did_you_mean(unknown, [*own, *Settings.model_fields])
+        raise SettingsError(f"There is no setting '{unknown}'{hint}")
 
 
 def require_terms(progress: Any, checkpoint_every: Any, memory_limit: Any, define: Any) -> None:

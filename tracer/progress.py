@@ -107,4 +107,7 @@ class Course:
 
 
 StepCallback = Callable[[str, int, int], bool | None]
-"""Called with what is under way and how much of how much is done; return False to stop."""
+"""Called with what is under way, how much of it is done, and how much there is. Return False to stop."""
+
+CountCallback = Callable[[int, int], bool | None]
+"""Called with how much is done, and how much there is. Return False to stop."""

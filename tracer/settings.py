@@ -9,7 +9,7 @@ from pydantic_core import PydanticCustomError
 
 from tracer import criteria
 from tracer.core.plain_values import plain
-from tracer.core.suggest import known, nearest
+from tracer.core.suggest import did_you_mean, known
 from tracer.errors import SettingsError
 from tracer.image.objective import OBJECTIVES
 
@@ -218,8 +218,8 @@ def explain(detail: Any, fields: list[str] | None = None) -> str:
     if detail["type"] == "missing":
         return f"the setting '{name}' is missing"
     if detail["type"] == "extra_forbidden":
-        hint = nearest(name, list(Settings.model_fields) if fields is None else fields)
-        return f"there is no setting '{name}'" + (f", did you mean '{hint}'?" if hint else "")
+        known_names = list(Settings.model_fields) if fields is None else fields
+        return f"there is no setting '{name}'{did_you_mean(name, known_names, otherwise='')}"
     message = detail["msg"].removeprefix("Value error, ")
     if detail["type"] == "value_error":
         return message

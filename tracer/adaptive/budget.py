@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Floats, spread_out
 from tracer.errors import BudgetError
 
 SUITED_PIXELS, SUITED_STEPS = 4096, 14
@@ -67,7 +67,7 @@ def suit_sequence(target: ArrayLike, total: float, lower: ArrayLike, upper: Arra
     least = np.broadcast_to(np.asarray(lower, np.float64), wanted.shape)
     most = np.maximum(np.broadcast_to(np.asarray(upper, np.float64), wanted.shape), least)
     level = np.log2(wanted)
-    few = slice(None, None, (wanted.size // SUITED_PIXELS) | 1)  # odd, or it would see a few columns only
+    few = spread_out(wanted.size, SUITED_PIXELS)
     some = [np.ascontiguousarray(array.ravel()[few]) for array in (level, least, most)]
 
     def rounded(shift: float, level: Floats, least: Floats, most: Floats) -> Floats:

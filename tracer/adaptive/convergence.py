@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 from scipy.special import erf
 
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Floats, spread_out
 from tracer.image import objective
 from tracer.image.colour import encode_srgb
 from tracer.scene.frame import Frame
@@ -105,7 +105,7 @@ class NoiseMeter:
     def some(self, values: Floats) -> Floats:
         """Return the values (H, W) of LOOKED_AT pixels that count, or a few more, (P,)."""
         those = values.ravel() if self.counted is None else values[self.counted]
-        return those[:: (those.size // LOOKED_AT) | 1]  # odd, or it would see a few columns only
+        return those[spread_out(those.size, LOOKED_AT)]
 
 
 def errors(frame: Frame, settings: Settings, image: NDArray, deviation: NDArray) -> Floats:

@@ -2,34 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import drjit as dr
 import mitsuba as mi
 import numpy as np
 from skimage.transform import resize
 
 from tracer.complexity import pilot
 from tracer.core.arrays import Floats
-from tracer.core.device import upload
+from tracer.core.device import number_of_shape, upload
+from tracer.core.wording import Tell, silent
 from tracer.errors import ScoreError, SettingsError
 from tracer.io.images import read_values
 from tracer.scene.shape_names import find_shapes
 from tracer.scene.view import View
 from tracer.settings import Settings
 
-Note = Callable[[str], Any]
-"""Takes a sentence for the report."""
-
 
 def importance_weights(
-    view: View, settings: Settings, sampler: Any, importance: Any = None, note: Note = lambda text: None
+    view: View, settings: Settings, sampler: Any, importance: Any = None, remark: Tell = silent
 ) -> Floats:
     """Return what importance is multiplied by (grid), >= 0 and not zero everywhere.
 
-    ``importance``: an array (H, W) instead of the file that ``settings`` name; ``note`` hears if it had to be scaled.
+    ``importance``: an array (H, W) instead of the file that ``settings`` name; ``remark`` hears if it had to be scaled.
     Raises SettingsError.
     """
     whole = np.ones(view.grid)
@@ -39,7 +35,7 @@ def importance_weights(
         values = check_image(importance)
         if values.shape != view.size:
             sizes = [f"{width} x {height}" for height, width in (values.shape, view.size)]
-            note(f"The importance is {sizes[0]} pixels and the picture {sizes[1]}: it was scaled.")
+            remark(f"The importance is {sizes[0]} pixels and the picture {sizes[1]}: it was scaled.")
         whole = whole * on_grid(view, values)
     if settings.shape_weights:
         table = weight_table(view, settings.shape_weights)
@@ -83,7 +79,7 @@ def on_grid(view: View, values: Floats) -> Floats:
 def weight_table(view: View, weights: dict[str, float]) -> Any:
     """Return weights of shapes as mi.Float, by Mitsuba's number of a shape; 1 for those not named."""
     numbered = [
-        (int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))[0]), weights[name])
+        (number_of_shape(shape), weights[name])
         for name, shapes in find_shapes(view.scene, list(weights)).items()
         for shape in shapes
     ]

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from tracer.complexity import measures
 from tracer.core.arrays import Floats
-from tracer.core.device import divide, multiplicity, numbers
+from tracer.core.device import divide, multiplicity, numbers_hit
 from tracer.core.hashing import mix
 from tracer.sampling.samples import camera_ray
 from tracer.scene.view import View
@@ -166,7 +166,7 @@ def hits(
     """
     ray = pilot_rays(view, sampler, seed, rays, block, top, rows, columns)
     found = view.scene.ray_intersect_preliminary(ray, coherent=True)
-    instance, shape = numbers(found)
+    instance, shape = numbers_hit(found)
     shape_id = mix(shape + mix(instance)) | 1  # odd: never MISS
     face_id = mix(shape_id ^ mix(found.prim_index)) | 1
     shape_id, face_id = (dr.select(found.is_valid(), number, MISS) for number in (shape_id, face_id))
@@ -203,7 +203,7 @@ def mean_over_shapes(view: View, sampler: Any, seed: int, rays: int, table: Any)
         ray = pilot_rays(view, sampler, seed, rays, 1, top, rows, width)
         found = view.scene.ray_intersect(ray, mi.RayFlags.Minimal, coherent=True)  # names the shape in an instance
         weight = mi.Float(1.0)
-        for number in numbers(found):  # 0, which no shape has, where there is no instance
+        for number in numbers_hit(found):  # 0, which no shape has, where there is no instance
             named = found.is_valid() & (number != 0) & (number < dr.width(table))
             weight *= dr.select(named, dr.gather(mi.Float, table, number, named), 1.0)
         parts.append(np.asarray(dr.block_sum(weight, rays).numpy(), np.float64).reshape(rows, width) / rays)

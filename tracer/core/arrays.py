@@ -10,3 +10,11 @@ Singles = NDArray[np.float32]
 Integers = NDArray[np.int64]
 Counts = NDArray[np.uint32]
 Mask = NDArray[np.bool_]
+
+
+def spread_out(size: int, count: int) -> slice:
+    """Return the slice that picks about ``count`` of the ``size`` pixels of a picture, evenly spread.
+
+    Its step is odd: an even one might see a few columns of the picture only.
+    """
+    return slice(None, None, (size // count) | 1)

@@ -7,6 +7,7 @@ what they read. So arrays are copied to where there is room behind them, at an a
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import drjit as dr
@@ -72,8 +73,21 @@ def gather_rows(rows: Floats, index: Any) -> Any:
     return mi.Vector3f(*(dr.gather(mi.Float, table, 3 * index + k) for k in range(3)))
 
 
-def numbers(found: Any) -> tuple[Any, Any]:
-    """Return Mitsuba's numbers (mi.UInt32) of the instance and the shape that were hit; 0 for none."""
+def number_of_shape(shape: Any) -> int:
+    """Return the number, from 1, by which kernels know a shape of Mitsuba."""
+    return int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))[0])
+
+
+def table_by_shape(shapes: Sequence[Any], values: ArrayLike) -> Any:
+    """Return mi.UInt32 that hold the value of each shape at the number of it, 0 where there is no shape."""
+    numbers = [number_of_shape(shape) for shape in shapes]
+    table = np.zeros(max(numbers, default=0) + 1, np.uint32)
+    table[numbers] = values
+    return upload(mi.UInt32, table)
+
+
+def numbers_hit(found: Any) -> tuple[Any, Any]:
+    """Return the numbers (mi.UInt32) of the instance and the shape that were hit, 0 for none."""
     return dr.reinterpret_array(mi.UInt32, found.instance), dr.reinterpret_array(mi.UInt32, found.shape)
 
 

@@ -13,6 +13,12 @@ def nearest(name: str, known: list[str]) -> str | None:
     )
 
 
+def did_you_mean(name: str, known: list[str], otherwise: str = ".") -> str:
+    """Return the end of a sentence about an unknown name: the nearest that is known, or ``otherwise`` if none is."""
+    hint = nearest(name, known)
+    return otherwise if hint is None else f", did you mean '{hint}'?"
+
+
 def likeness(name: str, other: str) -> float:
     """Return how alike two names are, 0 to 1: as they are written, or with the words between "_" and "-" sorted."""
     pairs = [(name, other), (sorted_words(name), sorted_words(other))]
@@ -28,8 +34,9 @@ def known(name: str, what: str, names: list[str]) -> str:
     """Return ``name`` if it is one of ``names``; else raise ValueError with the nearest."""
     if name in names:
         return name
-    hint = nearest(name, names)
-    listed = ", ".join(sorted(names))
-    raise ValueError(
-        f"there is no {what} '{name}'" + (f", did you mean '{hint}'?" if hint else ".") + f" There are: {listed}"
-    )
+    raise ValueError(unknown(what, name, sorted(names)))
+
+
+def unknown(what: str, name: str, names: list[str]) -> str:
+    """Return the clause for a name that does not exist, with the nearest that does, and all that do."""
+    return f"there is no {what} '{name}'{did_you_mean(name, names)} There are: {', '.join(names)}"

@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from typing import Any
+
+Tell = Callable[[str], Any]
+"""Tells a person something in a sentence."""
+
+
+def silent(sentence: str) -> None:
+    """Tell nobody."""
+
 
 on_command_line: ContextVar[bool] = ContextVar("on_command_line", default=False)
 

@@ -24,7 +24,7 @@ from scipy.ndimage import gaussian_filter, uniform_filter
 from scipy.optimize import nnls
 
 from tracer.complexity.pilot import Complexity
-from tracer.core.arrays import Floats, Singles
+from tracer.core.arrays import Floats, Singles, spread_out
 from tracer.criteria.registry import Evidence, criterion
 from tracer.film.estimate import Statistics
 
@@ -56,7 +56,7 @@ def fused(evidence: Evidence) -> Floats:
     present = predictors(known, evidence.weight, evidence.colour_channels, edges)
     memory.update(edges=edges, predictors=present)
     observed, valid = error_of_means(before, known, weight, evidence.colour_channels)
-    chosen = np.flatnonzero(valid)[:: (valid.size // FIT_PIXELS) | 1]  # odd, or it would see a few columns only
+    chosen = np.flatnonzero(valid)[spread_out(valid.size, FIT_PIXELS)]
     columns = np.stack([column.ravel()[chosen] for column in past], axis=-1).astype(np.float64)
     errors = observed.ravel()[chosen]
     if len(chosen) == 0 or not (np.all(np.isfinite(columns)) and np.all(np.isfinite(errors))):

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.core.arrays import Singles
-from tracer.core.device import divide, numbers, upload
+from tracer.core.device import divide, numbers_hit, table_by_shape
 from tracer.film.estimate import Estimate
 from tracer.sampling import samples
 from tracer.sampling.passes import PASS_SIZES, even_pass
@@ -98,12 +98,10 @@ def shape_numbers(view: View) -> tuple[NDArray[np.uint32], list[str]]:
     time = mi.Float(view.sensor.shutter_open() + 0.5 * view.sensor.shutter_open_time())
     ray, _ = view.sensor.sample_ray(time, mi.Float(0.5), middle, mi.Point2f(0.5))
     found = view.scene.ray_intersect_preliminary(ray, coherent=True)
-    instance, shape = numbers(found)
+    instance, shape = numbers_hit(found)
     number = dr.select(instance != 0, instance, shape)
     shapes = view.scene.shapes()
-    own = [int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(each))[0]) for each in shapes]
-    table = np.zeros(max(own, default=0) + 1, np.uint32)
-    table[own] = np.arange(1, len(own) + 1)
-    known = found.is_valid() & (number < len(table))
-    order = dr.gather(mi.UInt32, upload(mi.UInt32, table), number, known)
-    return np.asarray(order.numpy()).reshape(height, width), [each.id() or each.class_name() for each in shapes]
+    table = table_by_shape(shapes, np.arange(1, len(shapes) + 1))
+    known = found.is_valid() & (number < dr.width(table))
+    order = dr.gather(mi.UInt32, table, number, known)
+    return np.asarray(order.numpy()).reshape(height, width), [shape.id() or shape.class_name() for shape in shapes]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.core.suggest import nearest
+from tracer.core.suggest import did_you_mean
 from tracer.errors import LayerError, ScoreError
 from tracer.image.colour import decode_srgb
 from tracer.image.metrics import SSIM_WINDOW, comparable, require_finite
@@ -88,10 +88,8 @@ def choose(path: Path, found: dict[str, Any], layer: str | None) -> str:
     if layer is not None:
         if layer in found:
             return layer
-        hint = nearest(layer, list(found))
-        raise LayerError(
-            f"'{path}' has no layer '{layer}'" + (f", did you mean '{hint}'?" if hint else f"; it has: {listed}.")
-        )
+        hint = did_you_mean(layer, list(found), otherwise=f"; it has: {listed}.")
+        raise LayerError(f"'{path}' has no layer '{layer}'{hint}")
     combined = [name for name in found if name.split(".")[-1] == COMBINED]
     for names in ([""] if "" in found else [], combined, list(found)):
         if len(names) == 1:

@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
-from tracer.core.suggest import nearest
+from tracer.core.suggest import did_you_mean
 from tracer.errors import SettingsError
 from tracer.io import atomic
 from tracer.scene.loaded import LoadedScene
@@ -185,10 +185,7 @@ def read_configuration(path: Path, known: list[str]) -> dict[str, Any]:
     values = {name.replace("-", "_"): value for name, value in values.items()}
     for name in values:
         if name not in known or name in ("scene", "output"):
-            hint = nearest(name, known)
-            raise SettingsError(
-                f"'{path}': there is no option '{name}'" + (f", did you mean '{hint}'?" if hint else ".")
-            )
+            raise SettingsError(f"'{path}': there is no option '{name}'{did_you_mean(name, known)}")
     return {
         name: str(path.parent / value) if name in FILES and isinstance(value, str) else value
         for name, value in values.items()

@@ -11,6 +11,7 @@ from pathlib import Path
 from tracer import live
 from tracer.cluster import hired
 from tracer.core import backend
+from tracer.core.wording import Tell, silent
 from tracer.errors import SettingsError, WriteError
 from tracer.image.colour import display
 from tracer.io import exr
@@ -20,12 +21,12 @@ from tracer.result import Result
 from tracer.scene.loaded import LoadedScene, load_scene
 from tracer.scene.view import pick_sensor
 from tracer.session.render import render_request
-from tracer.session.request import Request, Tell, ignore
+from tracer.session.request import Request
 from tracer.settings import check_settings
 
 
 def perform(
-    job: Job, progress: ProgressCallback | None = None, started: float | None = None, tell: Tell = ignore
+    job: Job, progress: ProgressCallback | None = None, started: float | None = None, tell: Tell = silent
 ) -> Iterator[tuple[Shot, Result]]:
     """Yield each picture as it is written, and what it is of; one that a person has stopped is the last.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import drjit as dr
@@ -11,13 +10,11 @@ import numpy as np
 
 from tracer.core.arrays import Floats
 from tracer.core.device import divide
+from tracer.progress import StepCallback
 from tracer.radiosity.hemisphere import MOST_RAYS
 from tracer.radiosity.irradiance import sums_of_rays
 from tracer.radiosity.lattice import lattice
 from tracer.radiosity.patches import Patches
-
-Told = Callable[[str, int, int], None]
-"""Called with what is under way, how much of it is done, and how much there is. May raise to stop."""
 
 
 def silent(text: str, done: int, total: int) -> None:
@@ -34,7 +31,7 @@ def direct_light(scene: Any, interaction: Any, normal: Any, sample: Any, active:
     return dr.select(active & (direction.pdf > 0) & (cosine > 0), mi.Color3f(weight) * cosine, 0)
 
 
-def direct_of_patches(patches: Patches, rays: int, seed: int = 0, told: Told = silent) -> Floats:
+def direct_of_patches(patches: Patches, rays: int, seed: int = 0, told: StepCallback = silent) -> Floats:
     """Return the irradiance (P, 3) that patches have from emitters, with ``rays`` places on them for each patch."""
     found = []
     most = max(1, MOST_RAYS // rays)

@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from tracer.core.arrays import Floats
 from tracer.core.device import upload
 from tracer.errors import SceneError, SettingsError
-from tracer.radiosity.direct import Told, direct_of_patches, silent
+from tracer.progress import StepCallback
+from tracer.radiosity.direct import direct_of_patches, silent
 from tracer.radiosity.groups import Groups, neighbours
 from tracer.radiosity.guide import Guidance, Guide, division_for, make_guide
 from tracer.radiosity.hemisphere import MOST_RAYS, NOTHING
@@ -79,7 +80,7 @@ def solve(
     seed: int = 0,
     lights: bool = False,
     guidance: Guidance | None = None,
-    told: Told = silent,
+    told: StepCallback = silent,
 ) -> Solution:
     """Return the solution with ``rays`` rays a patch, gathered until a round changes less than ``residual``.
 
@@ -114,7 +115,13 @@ def refuse_too_many(rays: int, patches: int) -> None:
 
 
 def trace(
-    patches: Patches, groups: Groups, rays: int, seed: int, surroundings: bool, told: Told, guide: Guide | None = None
+    patches: Patches,
+    groups: Groups,
+    rays: int,
+    seed: int,
+    surroundings: bool,
+    told: StepCallback,
+    guide: Guide | None = None,
 ) -> Traced:
     """Trace ``rays`` rays of every patch, evenly or where a guide says."""
     order, hits, weights, around = [], [], [], np.zeros((len(patches), 3))
@@ -144,7 +151,7 @@ def finish(
     lights: bool,
     spent: int,
     guided: float,
-    told: Told,
+    told: StepCallback,
 ) -> Solution:
     """Return the solution along rays that are traced."""
     arriving = direct + traced.around

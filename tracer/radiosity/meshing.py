@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.core.arrays import Floats
-from tracer.core.device import upload
+from tracer.core.device import table_by_shape, upload
 from tracer.errors import SceneError
 from tracer.radiosity.albedo import albedo as albedo_of
 from tracer.radiosity.hemisphere import NOTHING
@@ -189,7 +189,4 @@ def reflects(shape: Any, front: bool) -> bool:
 
 def first_faces(shapes: list[Any], counts: list[int]) -> Any:
     """Return the number of the first face (mi.UInt32) of each shape, by Mitsuba's number of the shape."""
-    numbers = [int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))[0]) for shape in shapes]
-    table = np.zeros(max(numbers) + 1, np.uint32)
-    table[numbers] = np.cumsum(counts) - counts
-    return upload(mi.UInt32, table)
+    return table_by_shape(shapes, np.cumsum(counts) - counts)

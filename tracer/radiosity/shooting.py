@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from tracer.core.arrays import Floats
 from tracer.core.device import upload
 from tracer.errors import SceneError
-from tracer.radiosity.direct import Told, silent
+from tracer.progress import StepCallback
+from tracer.radiosity.direct import silent
 from tracer.radiosity.gathering import COARSE, HOPE, refuse_too_many, trace
 from tracer.radiosity.groups import Groups, neighbours
 from tracer.radiosity.guide import Guidance, division_for, make_guide
@@ -60,7 +61,7 @@ def shoot(
     residual: float = 1e-5,
     seed: int = 0,
     guidance: Guidance | None = None,
-    told: Told = silent,
+    told: StepCallback = silent,
 ) -> Shot:
     """Return the solution when a share ``residual`` of the power is left to send.
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import mitsuba as mi
 
-from tracer.core.suggest import nearest
+from tracer.core.suggest import did_you_mean
 from tracer.errors import SettingsError
 
 MOST_LISTED = 24
@@ -89,9 +89,8 @@ def find_shapes(scene: Any, wanted: list[str]) -> dict[str, list[Any]]:
 
 def what_there_is(name: str, named: list[Named]) -> str:
     """Return the end of a message: the name that is nearest, else all that there are."""
-    hint = nearest(name, [other for entry in named for other in entry.names])
-    if hint is not None:
-        return f", did you mean '{hint}'?"
+    if hint := did_you_mean(name, [other for entry in named for other in entry.names], otherwise=""):
+        return hint
     if not named:
         return ", nor any other."
     more = f" and {len(named) - MOST_LISTED} more" if len(named) > MOST_LISTED else ""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from tracer.core.wording import option
+from tracer.core.wording import Tell, option, silent
 from tracer.errors import SettingsError
 from tracer.io import atomic
 from tracer.io.exr import Chosen
@@ -21,13 +21,6 @@ from tracer.settings import Settings
 
 EVERY_SECONDS = 60.0
 """Between two writes of a checkpoint, unless it is asked for more or less often."""
-
-Tell = Callable[[str], Any]
-"""Shows a sentence to a person."""
-
-
-def ignore(sentence: str) -> None:
-    """Show a sentence to nobody."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +80,7 @@ class Request:
     """Value of ``time.perf_counter()`` from which a limit of time counts; None: from when it is carried out."""
 
     progress: ProgressCallback | None = None
-    remark: Tell = ignore
+    remark: Tell = silent
     """Hears of a large render before it begins, in a sentence for a person."""
     checkpoint: CheckpointFile | None = None
     picture: PictureFile | None = None

@@ -8,7 +8,6 @@ Costs are seconds: squares of pixels are drawn one by one and timed, within a sq
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,6 +19,7 @@ from numpy.typing import NDArray
 
 from tracer.core.arrays import Singles
 from tracer.core.device import upload
+from tracer.core.wording import Tell
 from tracer.io import atomic
 from tracer.sampling import samples
 from tracer.sampling.samples import make_sampler
@@ -39,8 +39,6 @@ TIMED_SPP = 32
 TIMINGS = 3
 """Times that a square is drawn; the shortest counts."""
 
-Told = Callable[[str], None]
-
 
 @dataclass(frozen=True)
 class Truth:
@@ -58,7 +56,7 @@ class Truth:
     """(H, W): seconds a sample takes, relative to the mean."""
 
 
-def measure_truth(setting: Setting, view: View, told: Told) -> Truth:
+def measure_truth(setting: Setting, view: View, told: Tell) -> Truth:
     """Return what an oracle knows of a scene; what is kept from before is not measured again."""
     sampler = make_sampler()
     folder = prepare_cache() / cache_key(setting)
@@ -77,7 +75,7 @@ def measure_truth(setting: Setting, view: View, told: Told) -> Truth:
     return truth
 
 
-def measure_errors(view: View, told: Told) -> dict[str, Any]:
+def measure_errors(view: View, told: Tell) -> dict[str, Any]:
     """Return the fields of ``Truth`` but for the cost."""
     errors, pictures = [], []
     for spp, seeds in SEEDS_OF.items():
@@ -98,7 +96,7 @@ def measure_errors(view: View, told: Told) -> dict[str, Any]:
     }
 
 
-def measure_cost(view: View, drawing: samples.Recorded, told: Told) -> Singles:
+def measure_cost(view: View, drawing: samples.Recorded, told: Tell) -> Singles:
     """Return what a sample of each pixel costs (grid), relative to the mean."""
     rays = render_uniform(view, 16, FIRST_SEED)[1].rays.astype(np.float64)
     height, width = view.grid

@@ -13,7 +13,7 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError
 
 from tracer import criteria
-from tracer.core.suggest import nearest
+from tracer.core.suggest import unknown
 from tracer.errors import SettingsError
 from tracer.settings import Settings, explain
 from tracer.study.methods import Setting
@@ -193,13 +193,6 @@ class Plan(Part):
 def scene_name(path: Path) -> str:
     """Return what a scene is called: its file, or its folder where the file is just ``scene.xml``."""
     return path.resolve().parent.name if path.stem == "scene" else path.stem
-
-
-def unknown(what: str, name: str, names: list[str]) -> str:
-    """Return the clause for a name that does not exist, with the nearest that does."""
-    hint = nearest(name, names)
-    listed = ", ".join(names)
-    return f"there is no {what} '{name}'" + (f", did you mean '{hint}'?" if hint else ".") + f" There are: {listed}"
 
 
 def read_plan(path: Path, folder: Path | None = None) -> Plan:

@@ -24,6 +24,7 @@ from tracer.core.arrays import Floats
 from tracer.errors import OutputError, SceneError
 from tracer.image import metrics
 from tracer.io import atomic
+from tracer.progress import CountCallback
 from tracer.scene.fingerprint import fingerprint
 from tracer.scene.view import View
 from tracer.study.methods import Setting, Studio
@@ -44,9 +45,6 @@ ROUNDING = 1e-5
 """Relative difference between halves that says nothing: where there is next to no noise, that of sums in float32."""
 FALSE_ALARM = 1e-3
 """Probability that two halves of the same expectation are said to disagree."""
-
-ReferenceCallback = Callable[[int, int], bool | None]
-"""Called with samples per pixel done and wanted; return False to stop."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +116,7 @@ def cache_key(setting: Setting) -> str:
     return hashlib.sha256(repr((parts, versions)).encode()).hexdigest()[:24]
 
 
-def make_reference(setting: Setting, spp: int, progress: ReferenceCallback | None = None) -> Reference:
+def make_reference(setting: Setting, spp: int, progress: CountCallback | None = None) -> Reference:
     """Return a reference of at least ``spp`` samples per pixel; what is kept from before is added to.
 
     Raises KeyboardInterrupt if ``progress`` stops it; the chunks that were finished are kept.

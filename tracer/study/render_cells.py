@@ -25,11 +25,13 @@ TRUSTED = 0.15
 """Two times that differ by less than this part are the same."""
 MOST_REPEATS = 3
 
-Told = Callable[[Cell | None, str], None]
+CellCallback = Callable[[Cell | None, str], None]
 """Called with the cell that is done, or None while one is under way, and what to say. Raises KeyboardInterrupt."""
 
 
-def shoot(plan: Plan, scene: Scene, blocks: list[list[Cell]], output: Path, run: str, told: Told) -> list[Failure]:
+def shoot(
+    plan: Plan, scene: Scene, blocks: list[list[Cell]], output: Path, run: str, told: CellCallback
+) -> list[Failure]:
     """Render what is missing; return what could not be rendered.
 
     All methods are opened and their kernels compiled before any is timed. Within a block they follow one another, so
@@ -76,7 +78,7 @@ def one_line(error: Exception) -> str:
 class Opened:
     """A method on an open scene, and what was found out about it before anything is timed."""
 
-    def __init__(self, studio: Studio, plan: MethodPlan, setting: Setting, told: Told) -> None:
+    def __init__(self, studio: Studio, plan: MethodPlan, setting: Setting, told: CellCallback) -> None:
         self.studio, self.plan, self.setting, self.told = studio, plan, setting, told
         self.spps: dict[Budget, int] = {}
         """Samples per pixel that each budget buys."""

@@ -28,7 +28,7 @@ from tracer.study.cells import Cell, is_kept, machine, store
 from tracer.study.methods import Shot, Studio
 from tracer.study.plan import Plan, Scene, import_criteria
 from tracer.study.records import Failure
-from tracer.study.render_cells import Opened, Told, failure
+from tracer.study.render_cells import CellCallback, Opened, failure
 
 TICK = 0.1
 """Seconds after which it is looked what is done, and a person is heard."""
@@ -38,7 +38,7 @@ Made = list[tuple[Cell, tuple[Shot, int, str] | Failure]]
 
 
 def shoot(
-    plan: Plan, scene: Scene, blocks: list[list[Cell]], output: Path, run: str, told: Told, crew: Crew
+    plan: Plan, scene: Scene, blocks: list[list[Cell]], output: Path, run: str, told: CellCallback, crew: Crew
 ) -> list[Failure]:
     """Render what is missing on workers; return what could not be rendered. Raises ClusterError."""
     missing = [[cell for cell in block if not is_kept(cell, output)] for block in blocks]
@@ -65,7 +65,7 @@ def shoot(
 
 
 def made_elsewhere(
-    crew: Crew, plan: Plan, scene: Scene, setup: Setup, blocks: list[list[Cell]], told: Told
+    crew: Crew, plan: Plan, scene: Scene, setup: Setup, blocks: list[list[Cell]], told: CellCallback
 ) -> Iterator[Made]:
     """Yield blocks as they are made. Raises ClusterError, and KeyboardInterrupt if ``told`` does."""
     client, post, shipped, tries = crew.client, Post(crew), False, 0

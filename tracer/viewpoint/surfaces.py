@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.core.arrays import Floats
-from tracer.core.device import upload
+from tracer.core.device import numbers_hit, table_by_shape, upload
 from tracer.errors import SceneError, SettingsError
 
 Integers = NDArray[np.int64]
@@ -89,8 +89,7 @@ class Subject:
     def surface(self, found: Any) -> Any:
         """Return the surface (mi.UInt32) of preliminary intersections; of those that miss, any number below Z."""
         hit = found.is_valid()
-        instance = dr.reinterpret_array(mi.UInt32, found.instance)
-        shape = dr.reinterpret_array(mi.UInt32, found.shape)
+        instance, shape = numbers_hit(found)
         whole = instance != 0
         face = dr.gather(mi.UInt32, self.first_face, dr.select(whole, instance, shape), hit)
         face += dr.select(hit & ~whole, found.prim_index, 0)
@@ -112,9 +111,6 @@ def open_subject(scene: Any, surfaces: str = "face", groups: Sequence[int] | NDA
     first = np.cumsum(counts) - counts
     surface, names = number_surfaces(shapes, counts, surfaces) if groups is None else (np.asarray(groups), [])
     mesh, face_areas = gather_mesh(shapes, counts, surface)
-    numbers = [int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))[0]) for shape in shapes]
-    table = np.zeros(max(numbers) + 1, np.uint32)
-    table[numbers] = first
     corners = [mesh.vertices] if len(mesh.vertices) else []
     corners += [box_corners(shape) for shape in shapes if not shape.is_mesh() and shape.primitive_count()]
     points = np.concatenate(corners)
@@ -129,7 +125,7 @@ def open_subject(scene: Any, surfaces: str = "face", groups: Sequence[int] | NDA
         mesh=mesh,
         centre=centre,
         radius=radius,
-        first_face=upload(mi.UInt32, table),
+        first_face=table_by_shape(shapes, first),
         surface_of_face=None if faces_are_surfaces else upload(mi.UInt32, surface),
     )
 

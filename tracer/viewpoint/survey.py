@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Floats, Integers
 from tracer.errors import SettingsError
+from tracer.progress import CountCallback
 from tracer.viewpoint import measures
 from tracer.viewpoint.channel import Channel, adjacent, new_channel
 from tracer.viewpoint.item_buffer import Batch, Rays, Viewpoints, projected_areas
@@ -21,10 +23,6 @@ from tracer.viewpoint.lens import Lens
 from tracer.viewpoint.observation import Picture, Sight, sight_of
 from tracer.viewpoint.surfaces import Subject
 from tracer.viewpoint.vertices import seen_vertices
-
-Integers = NDArray[np.int64]
-ProgressCallback = Callable[[int, int], None]
-"""Called with the views that are done and all there are, those of a first pass counted too. May raise to stop."""
 
 
 def survey(
@@ -37,13 +35,14 @@ def survey(
     background: bool = True,
     beside: Sequence[Integers] | None = None,
     channel: Channel | None = None,
-    progress: ProgressCallback | None = None,
+    progress: CountCallback | None = None,
 ) -> dict[str, Floats]:
     """Return the value of each measure for each viewpoint, (V,) by name.
 
     ``beside``: for each viewpoint the numbers of those beside it, and they have its number, for measures that compare
-    them. ``channel``: of other viewpoints, to compare with those instead of with one another. Raises SettingsError for
-    a measure that does not exist, or needs what is not there.
+    them. ``channel``: of other viewpoints, to compare with those instead of with one another. ``progress`` counts
+    views, those of a first pass too, and may raise to stop. Raises SettingsError for a measure that does not exist, or
+    needs what is not there.
     """
     wanted = [measures.get(name) for name in names]
     needs: set[str] = {need for one in wanted for need in one.needs}
@@ -75,7 +74,7 @@ def sum_up(
     lens: Lens,
     rays: Rays,
     saliency: bool,
-    told: Callable[[int], None] = lambda done: None,
+    told: Callable[[int], Any] = lambda done: None,
 ) -> Channel:
     """Return the channel between viewpoints and surfaces; ``saliency``: with sums of pairs of surfaces."""
     channel = new_channel(subject.count, adjacent(subject.mesh) if saliency else None)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +11,7 @@ import numpy as np
 from tracer.core.arrays import Floats
 from tracer.core.sphere import frame, normalised
 from tracer.errors import SceneError
+from tracer.progress import StepCallback
 from tracer.viewpoint.direction_measure import Gauge, Stand
 from tracer.viewpoint.headlight import look
 from tracer.viewpoint.item_buffer import Rays, Viewpoints
@@ -19,8 +20,6 @@ from tracer.viewpoint.rendered import render_views
 from tracer.viewpoint.source import Opened
 
 THUMBNAIL = 220
-Told = Callable[[str, int, int], bool | None]
-"""Called with what is under way, how much of it is done, and how much there is; False stops."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +31,7 @@ class Desk:
     rays: Rays
     background: bool
     folder: Path
-    told: Told
+    told: StepCallback
     spp: int = 0
     """Samples per pixel of pictures that are rendered; 0: they are lit from the eye."""
 

@@ -17,6 +17,7 @@ import numpy as np
 from tracer.core.backend import activate
 from tracer.core.sphere import evenly, icosphere
 from tracer.io import atomic
+from tracer.progress import StepCallback
 from tracer.viewpoint import fast, measures, plots
 from tracer.viewpoint.cover import Rule, cover
 from tracer.viewpoint.direction_measure import stand
@@ -24,7 +25,7 @@ from tracer.viewpoint.item_buffer import MOST_RAYS, Rays, projected_areas, trace
 from tracer.viewpoint.minimum_cover import fewest_views
 from tracer.viewpoint.reports.best import best
 from tracer.viewpoint.reports.complexity_map import complexity_map, view_from
-from tracer.viewpoint.reports.context import Desk, Told
+from tracer.viewpoint.reports.context import Desk
 from tracer.viewpoint.reports.cover import cover_report
 from tracer.viewpoint.reports.measure import measure
 from tracer.viewpoint.reports.page import to_markdown
@@ -60,7 +61,7 @@ FEW_SURFACES = "spheres_and_rods.xml"
 SEEDS = 20
 
 
-def everything(public: Path, scenes: Path, folder: Path, told: Told) -> list[str]:
+def everything(public: Path, scenes: Path, folder: Path, told: StepCallback) -> list[str]:
     """Write ``FILES`` and pictures; ``public`` has the folders ``meshes`` and ``molecules``. Return the headings."""
     activate()
     opened = {path: replace(open_source(public / "meshes" / path), up=up) for path, up in MESHES.items()}
@@ -116,7 +117,7 @@ def rate(opened: Opened) -> dict[str, Any]:
     }
 
 
-def searches(opened: dict[str, Opened], folder: Path, told: Told) -> list[dict[str, Any]]:
+def searches(opened: dict[str, Opened], folder: Path, told: StepCallback) -> list[dict[str, Any]]:
     """Return for each subject and measure what the searches reach: 0 the worst view of 162, 1 the best known."""
     rows = []
     ways: dict[str, Callable[[Valued], Found]] = {
@@ -146,7 +147,7 @@ def searches(opened: dict[str, Opened], folder: Path, told: Told) -> list[dict[s
     return rows
 
 
-def view_sets(opened: dict[str, Opened], told: Told) -> list[dict[str, Any]]:
+def view_sets(opened: dict[str, Opened], told: StepCallback) -> list[dict[str, Any]]:
     """Return how many views each greedy rule takes, and the fewest that there can be."""
     rows = []
     for file, enough in itertools.product(("teapot.ply", "spot.obj"), (0.9, 0.95)):
@@ -211,7 +212,7 @@ def errors(opened: Opened) -> list[dict[str, Any]]:
     return rows
 
 
-def molecules(public: Path, folder: Path, told: Told) -> list[dict[str, Any]]:
+def molecules(public: Path, folder: Path, told: StepCallback) -> list[dict[str, Any]]:
     """Return the best view of crystals (least entropy) and molecules (most), their pictures written."""
     rows = []
     for file in (*CRYSTALS, *MOLECULES):
@@ -228,7 +229,7 @@ def molecules(public: Path, folder: Path, told: Told) -> list[dict[str, Any]]:
     return rows
 
 
-def pictures(opened: dict[str, Opened], folder: Path, told: Told) -> list[str]:
+def pictures(opened: dict[str, Opened], folder: Path, told: StepCallback) -> list[str]:
     """Draw measures, a tour and a view set; return the names of their folders."""
     made = []
 
@@ -254,7 +255,7 @@ def pictures(opened: dict[str, Opened], folder: Path, told: Told) -> list[str]:
     return made
 
 
-def desk_of(opened: Opened, folder: Path, told: Told, side: int) -> Desk:
+def desk_of(opened: Opened, folder: Path, told: StepCallback, side: int) -> Desk:
     """Return a desk with all as the commands have it unless told otherwise."""
     place = stand(opened.subject, up=opened.up, orthographic=opened.orthographic)
     return Desk(opened, place, Rays(side=side), True, folder, told)
