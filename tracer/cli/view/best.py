@@ -6,13 +6,12 @@ from typing import Annotated
 
 import typer
 
-from tracer.cli import options
 from tracer.cli.view import common
 
 
+@common.with_view_options()
 def best(
-    source: common.Source,
-    output: common.Output,
+    view: common.ViewOptions,
     measure: common.Measure = "entropy",
     good: Annotated[
         str | None, typer.Option(help="Wanted is the most or the least. [as measured; least entropy of crystals]")
@@ -22,20 +21,6 @@ def best(
         typer.Option(help="paper, octants (the paper's from all 8 triangles), exhaustive; several times. (all)"),
     ] = None,
     level: common.Level = 3,
-    surfaces: common.Surfaces = None,
-    side: common.Side = 256,
-    random: common.Random = None,
-    background: common.Background = True,
-    distance: common.Distance = None,
-    centre: common.Centre = None,
-    up: common.Up = None,
-    orthographic: common.Orthographic = None,
-    repeat: common.Repeat = None,
-    cut: common.Cut = None,
-    atom_radius: common.AtomRadius = None,
-    spp: common.Samples = 0,
-    overwrite: options.Overwrite = False,
-    quiet: options.Quiet = False,
 ) -> None:
     """Find the best view, as the paper does and by trying all around.
 
@@ -55,25 +40,7 @@ def best(
         if name not in report.SEARCHES:
             raise SettingsError(f"Unknown search '{name}'; choose one of {', '.join(report.SEARCHES)}.")
         searches += [one for one in report.SEARCHES if one == name]
-    with common.desk(
-        source,
-        output,
-        report.FILES,
-        surfaces=surfaces,
-        side=side,
-        background=background,
-        distance=distance,
-        centre=centre,
-        up=up,
-        orthographic=orthographic,
-        repeat=repeat,
-        cut=cut,
-        atom_radius=atom_radius,
-        overwrite=overwrite,
-        quiet=quiet,
-        random=random,
-        spp=spp,
-    ) as desk:
-        lines = report.best(desk, measure, searches, level, wanted)
-    if not quiet:
+    with common.view_context(view, report.FILES) as context:
+        lines = report.best(context, measure, searches, level, wanted)
+    if not view.quiet:
         simple_table(report.HEADINGS, lines, measure)

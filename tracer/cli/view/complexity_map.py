@@ -6,13 +6,12 @@ from typing import Annotated
 
 import typer
 
-from tracer.cli import options
 from tracer.cli.view import common
 
 
+@common.with_view_options("distance", "random", "spp")
 def complexity_map(
-    source: common.Source,
-    output: common.Output,
+    view: common.ViewOptions,
     kind: Annotated[
         str, typer.Option("--kind", "-k", help="entropy, gini, distinct or viewpoint_complexity.")
     ] = "entropy",
@@ -22,17 +21,6 @@ def complexity_map(
     ] = None,
     blocks: Annotated[int, typer.Option(help="Blocks across the image.", min=1, max=256)] = 32,
     level: Annotated[int, typer.Option(help="Triangles around the eye: 8 * 4^level.", min=0, max=5)] = 3,
-    surfaces: common.Surfaces = None,
-    side: common.Side = 256,
-    background: common.Background = True,
-    centre: common.Centre = None,
-    up: common.Up = None,
-    orthographic: common.Orthographic = None,
-    repeat: common.Repeat = None,
-    cut: common.Cut = None,
-    atom_radius: common.AtomRadius = None,
-    overwrite: options.Overwrite = False,
-    quiet: options.Quiet = False,
 ) -> None:
     """Show how complex each part of one view is: blocks of the image, and triangles all around the eye.
 
@@ -50,25 +38,9 @@ def complexity_map(
         raise SettingsError(f"Unknown kind of complexity '{kind}'; choose one of {', '.join(report.KINDS)}.")
     if eye is not None and not np.all(np.isfinite(eye)):
         raise SettingsError("A place or direction is three finite numbers.")
-    with common.desk(
-        source,
-        output,
-        report.FILES,
-        surfaces=surfaces,
-        side=side,
-        background=background,
-        distance=None,
-        centre=centre,
-        up=up,
-        orthographic=orthographic,
-        repeat=repeat,
-        cut=cut,
-        atom_radius=atom_radius,
-        overwrite=overwrite,
-        quiet=quiet,
-    ) as desk:
-        view, lens = report.view_from(desk, sensor, eye)
-        standing = replace(desk.stand, lens=lens)
-        lines = report.complexity_map(replace(desk, stand=standing), view, kind, blocks, level)
-    if not quiet:
+    with common.view_context(view, report.FILES) as context:
+        viewpoint, lens = report.view_from(context, sensor, eye)
+        standing = replace(context.stand, lens=lens)
+        lines = report.complexity_map(replace(context, stand=standing), viewpoint, kind, blocks, level)
+    if not view.quiet:
         simple_table(report.HEADINGS, lines)

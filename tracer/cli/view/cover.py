@@ -6,13 +6,12 @@ from typing import Annotated, cast, get_args
 
 import typer
 
-from tracer.cli import options
 from tracer.cli.view import common
 
 
+@common.with_view_options("random")
 def cover(
-    source: common.Source,
-    output: common.Output,
+    view: common.ViewOptions,
     quality: Annotated[
         float,
         typer.Option(help="A surface is shown well at this share of its largest area.", min=0.01, max=1),
@@ -25,19 +24,6 @@ def cover(
     ] = 0.99,
     most: Annotated[int | None, typer.Option(help="End after so many views.", min=1)] = None,
     level: common.Level = 2,
-    surfaces: common.Surfaces = None,
-    side: common.Side = 256,
-    background: common.Background = True,
-    distance: common.Distance = None,
-    centre: common.Centre = None,
-    up: common.Up = None,
-    orthographic: common.Orthographic = None,
-    repeat: common.Repeat = None,
-    cut: common.Cut = None,
-    atom_radius: common.AtomRadius = None,
-    spp: common.Samples = 0,
-    overwrite: options.Overwrite = False,
-    quiet: options.Quiet = False,
 ) -> None:
     """Choose the fewest views that show everything well, for modelling from images.
 
@@ -50,27 +36,10 @@ def cover(
 
     if rule not in get_args(Rule):
         raise SettingsError(f"Unknown rule '{rule}'; choose one of {', '.join(get_args(Rule))}.")
-    with common.desk(
-        source,
-        output,
-        report.FILES,
-        surfaces=surfaces,
-        side=side,
-        background=background,
-        distance=distance,
-        centre=centre,
-        up=up,
-        orthographic=orthographic,
-        repeat=repeat,
-        cut=cut,
-        atom_radius=atom_radius,
-        overwrite=overwrite,
-        quiet=quiet,
-        spp=spp,
-    ) as desk:
-        lines, found = report.cover_report(desk, level, quality, cast(Rule, rule), most, enough)
-        count = desk.opened.subject.count
-    if quiet:
+    with common.view_context(view, report.FILES) as context:
+        lines, found = report.cover_report(context, level, quality, cast(Rule, rule), most, enough)
+        count = context.opened.subject.count
+    if view.quiet:
         return
     simple_table(report.HEADINGS, lines)
     typer.echo(
