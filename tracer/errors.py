@@ -13,6 +13,10 @@ class BackendError(TracerError):
     """No LLVM, an LLVM that would abort the process, or a Mitsuba variant that cannot be used."""
 
 
+class MissingPackageError(TracerError):
+    """A package of an optional part that is not installed."""
+
+
 class SceneError(TracerError):
     """A scene that is missing, does not load, or has nothing to render."""
 

@@ -21,7 +21,7 @@ from tracer.study import cells, oracle, render_cells
 from tracer.study.cells import Cell, Took
 from tracer.study.check import check_study, count_scenes, one_at_a_time, prepare_output
 from tracer.study.methods import Shot
-from tracer.study.page.build import write_page
+from tracer.study.page.build import require_template_engine, write_page
 from tracer.study.page.scene import ScenePictures, Shown
 from tracer.study.plan import Plan, Scene
 from tracer.study.records import CLOSE, Failure, Measurement, SceneFacts
@@ -46,9 +46,11 @@ def run_study(
     """Measure everything and return it; ``output`` is written anew as scenes are done.
 
     What is there from an earlier run of the same study is not rendered again, unless ``overwrite``. Raises
-    SettingsError before the first ray, and KeyboardInterrupt if ``progress`` stops it: all finished cells are kept.
-    ``cluster``: let workers render the cells, see ``tracer.render``; references are rendered here.
+    SettingsError or MissingPackageError before the first ray, and KeyboardInterrupt if ``progress`` stops it: all
+    finished cells are kept. ``cluster``: let workers render the cells, see ``tracer.render``; references are rendered
+    here.
     """
+    require_template_engine()
     backend.activate()
     scenes = plan.find_scenes()
     check_study(plan, scenes)

@@ -10,6 +10,7 @@ import mitsuba as mi
 import numpy as np
 
 from tracer.core.arrays import Floats
+from tracer.core.extras import require_package
 from tracer.errors import SceneError, SettingsError
 from tracer.scene.load import LOAD_ERRORS, load
 from tracer.scene.load_errors import load_error
@@ -100,6 +101,7 @@ def upwards(scene: Any) -> tuple[float, float, float]:
 
 def open_atoms(path: Path, crystal: Crystal) -> Opened:
     """Return a molecule or crystal. A crystal of which nothing is asked is cut to a ball, as one cell shows little."""
+    require_package("ase", "ase", f"'{path}' is a molecule, and reading it", "view")
     from ase.data import atomic_numbers
     from ase.data.colors import jmol_colors
 

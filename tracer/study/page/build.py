@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.core.extras import require_package
 from tracer.study.page.encode import encode_counts, encode_picture, reduce
 from tracer.study.page.plots import convergence
 from tracer.study.page.scene import ScenePictures, Shown
@@ -28,10 +29,14 @@ TOP_SHARE = 0.99
 """Share of the baseline's pixels whose error the colours of the error maps can tell apart."""
 
 
+def require_template_engine() -> Any:
+    """Return the module ``jinja2``, which makes the page. Raises MissingPackageError if it is not installed."""
+    return require_package("jinja2", "Jinja2", "The page of a study", "study")
+
+
 def build_page(results: Results, pictures: Sequence[ScenePictures]) -> str:
     """Return the page."""
-    import jinja2
-
+    jinja2 = require_template_engine()
     folder = files("tracer.study.page")
     environment = jinja2.Environment(
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined

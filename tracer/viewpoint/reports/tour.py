@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.core.arrays import Floats
+from tracer.core.extras import require_package
 from tracer.core.sphere import angle, icosphere
 from tracer.io import atomic, exr
 from tracer.viewpoint import plots
@@ -28,6 +29,7 @@ def tour(desk: Desk, name: str, steps: int, step: float, frames: int, size: int)
 
     ``steps`` of ``step`` degrees from the best view; ``frames`` pictures of ``size`` pixels in all.
     """
+    require_film_maker()
     gauge = desk.gauge(name)
     directions, triangles = icosphere(LEVEL)
     desk.say("best view", 0, 1)
@@ -85,10 +87,14 @@ def goodness(gauge: Gauge, values: Floats) -> Any:
     return good
 
 
+def require_film_maker() -> Any:
+    """Return the module ``PIL.Image``, which writes films. Raises MissingPackageError if it is not installed."""
+    return require_package("PIL.Image", "Pillow", "The film of a tour", "view")
+
+
 def write_film(path: Any, pictures: list[NDArray[np.uint8]]) -> None:
     """Write pictures (H, W, 3) as an animation, there and back again without end."""
-    from PIL import Image
-
+    Image = require_film_maker()
     images = [Image.fromarray(picture) for picture in pictures]
     images += images[-2:0:-1]
     with atomic.whole(path) as temporary:
