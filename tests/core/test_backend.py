@@ -38,7 +38,7 @@ def test_forced_library_that_cannot_be_used_is_one_sentence(kind, tmp_path):
 
 @pytest.mark.parametrize(("version", "usable"), [((14, 0, 6), False), ((16, 0, 6), False), ((17, 0, 0), True)])
 def test_versions_that_abort_are_refused(version, usable):
-    library = backend.Library(Path("libLLVM.so"), version, "test")
+    library = backend.Library(Path("libLLVM.so"), version)
     if usable:
         assert backend.require_usable(library) is library
     else:

@@ -30,11 +30,10 @@ REMEDY = (
 
 @dataclass(frozen=True)
 class Library:
-    """A libLLVM file, its version, and who chose it."""
+    """A libLLVM file and its version."""
 
     path: Path
     version: tuple[int, int, int]
-    chosen_by: str
 
 
 def packaged_library() -> Path | None:
@@ -87,13 +86,12 @@ def require_usable(library: Library) -> Library:
 
 def named_library() -> Library | None:
     """Return the checked library that the environment (or the packaged wheel) names, or None if neither does."""
-    chosen_by_user = bool(os.environ.get(VARIABLE)) and os.environ[VARIABLE] != str(packaged_library())
     point_to_library()
     value = os.environ.get(VARIABLE)
     if not value:
         return None
     path = Path(value)
-    return require_usable(Library(path, read_version(path), VARIABLE if chosen_by_user else "karellen-llvm-core"))
+    return require_usable(Library(path, read_version(path)))
 
 
 def loaded_library() -> Library:
@@ -108,7 +106,7 @@ def loaded_library() -> Library:
         # Our own check may have opened another one; the name tells the versions apart.
         named = [file for file in files if f".so.{version[0]}" in file or f"LLVM-{version[0]}" in file]
         path = Path(min(named or files, default=str(path)))
-    return Library(path, (version[0], version[1], version[2]), VARIABLE if os.environ.get(VARIABLE) else "Dr.Jit")
+    return Library(path, (version[0], version[1], version[2]))
 
 
 def reload_plugins(old_variant: str | None, new_variant: str) -> None:
