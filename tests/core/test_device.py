@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import tracer
-from tracer.core.device import ALIGNMENT, ROOM, upload, upload_tensor, with_room
+from tracer.core.device import ALIGNMENT, ROOM, number_of_shape, table_by_shape, upload, upload_tensor, with_room
 
 ROOT = Path(tracer.__file__).parent
 
@@ -56,3 +56,14 @@ def test_there_is_no_other_door():
     assert len(files) > 100
     for file in files:
         assert not door.findall(file.read_text()), file
+
+
+def test_a_table_holds_the_value_of_each_shape_at_its_number():
+    shapes = mi.load_dict({"type": "scene", "a": {"type": "sphere"}, "b": {"type": "cube"}}).shapes()
+    numbers = [number_of_shape(shape) for shape in shapes]
+    assert len(set(numbers)) == 2
+    assert min(numbers) > 0
+    table = table_by_shape(shapes, [7, 9]).numpy()
+    assert [table[number] for number in numbers] == [7, 9]
+    assert table.sum() == 16
+    assert table_by_shape([], []).numpy().tolist() == [0]

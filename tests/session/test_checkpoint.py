@@ -9,12 +9,9 @@ import pytest
 
 import tracer
 from conftest import files_of_at_most
-from tracer.core.wording import speaking_to_command_line
 from tracer.errors import CheckpointError, OutputError
 from tracer.session import checkpoint
-from tracer.session.keeper import Keeper
 from tracer.session.merge import merge
-from tracer.session.request import CheckpointFile
 
 SETTINGS = {"spp": 32, "seed": 3}
 
@@ -206,14 +203,6 @@ def test_only_what_really_differs_is_named(cornell, tmp_path, settings, message)
     tracer.render(cornell(), checkpoint=path, **SETTINGS)
     with pytest.raises(CheckpointError, match=message):
         tracer.render(cornell(), checkpoint=path, resume=True, **SETTINGS | settings)
-
-
-def test_what_is_asked_of_the_caller_fits_the_caller(cornell, tmp_path):
-    keeper = Keeper(CheckpointFile(tmp_path / "state.ckpt"), None)
-    keeper.kept = 5
-    assert keeper.in_words(10).endswith("has 50.0 % of the samples; go on with resume=True.")
-    with speaking_to_command_line():
-        assert keeper.in_words(10).endswith("go on with --resume.")
 
 
 def test_a_camera_that_prints_alike_is_another_one(cornell, tmp_path):
