@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.radiosity.convergence import Place, gain, guided
 from tracer.radiosity.guide import Guidance, division_for
 from tracer.radiosity.irradiance import gather
 from tracer.radiosity.lattice import evenly
-from tracer.radiosity.report.convergence import Place, gain, guided
 
 RAYS = 256
 SEEDS = 3

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
+from benchmarks.radiosity.scenes import Example
 from tracer.core.arrays import Floats
 from tracer.radiosity.gathering import solve
 from tracer.radiosity.groups import Groups, Points, alone, neighbours
@@ -19,7 +20,6 @@ from tracer.radiosity.irradiance import gather
 from tracer.radiosity.lattice import evenly
 from tracer.radiosity.meshing import cut
 from tracer.radiosity.patches import Patches, by_face
-from tracer.radiosity.report.scenes import Example
 from tracer.radiosity.strata import Strata
 from tracer.radiosity.warp import warped
 

@@ -1,6 +1,6 @@
 """How far the mean of adaptive pictures is off, and what it costs to give back what is lost: results/bias.
 
-    python -m benchmarks.bias -o results/bias
+    python -m benchmarks.bias.report -o results/bias
 
 Every scene is rendered with uniform samples, by the default, and by the default that gives nothing back, with the same
 seeds; the truth is a uniform picture of many samples.
@@ -53,7 +53,7 @@ def bundled() -> Iterator[tuple[str, Any]]:
     import mitsuba as mi
 
     yield "cornell_box", mi.load_dict(mi.cornell_box())
-    for path in sorted((Path(__file__).parents[1] / "scenes").glob("*.xml")):
+    for path in sorted((Path(__file__).parents[2] / "scenes").glob("*.xml")):
         yield path.stem, load.load(path)
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tracer.study.cluster.model import Constants, speed_up, times
+from benchmarks.cluster.scaling_model import Constants, speed_up, times
 
 ONLY_DRAWING = Constants(sample=1e-6, unit=0.0, deciding=0.0, developing=0.0, round_bytes=0.0, sums_bytes=0.0)
 SOME = Constants(sample=1e-6, unit=8e-3, deciding=1e-6, developing=4e-6, round_bytes=40, sums_bytes=460)

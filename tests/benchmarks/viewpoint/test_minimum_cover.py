@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from tracer.viewpoint.minimum_cover import fewest_views
+from benchmarks.viewpoint.minimum_cover import fewest_views
 
 
 @pytest.mark.parametrize("enough", [1.0, 0.8])

@@ -7,14 +7,15 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from benchmarks.radiosity import figures as drawn
+from benchmarks.radiosity import solutions as whole
+from benchmarks.radiosity.ablations import SEEDS as SOME
+from benchmarks.radiosity.ablations import uses
+from benchmarks.radiosity.convergence import RAYS, SEEDS, Curve, measure, prepare, rows
+from benchmarks.radiosity.scenes import examples
 from tracer.io.atomic import whole as whole_file
 from tracer.io.atomic import write_text
 from tracer.progress import StepCallback
-from tracer.radiosity.report import drawn, whole
-from tracer.radiosity.report.convergence import RAYS, SEEDS, Curve, measure, prepare, rows
-from tracer.radiosity.report.scenes import examples
-from tracer.radiosity.report.uses import SEEDS as SOME
-from tracer.radiosity.report.uses import uses
 
 FILES = ("results.md", "results.json", "convergence.png", "figure_11.png", "figure_12.png")
 PAIRED = ("chandelier", "cove", "foliage")

@@ -9,12 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.cluster import measure
+from benchmarks.cluster import scaling_model as model
+from benchmarks.cluster.measure import Pair
+from benchmarks.cluster.scaling_model import Constants
 from tracer.core import backend
 from tracer.io.atomic import whole, write_text
 from tracer.progress import StepCallback
-from tracer.study.cluster import measure, model
-from tracer.study.cluster.measure import Pair
-from tracer.study.cluster.model import Constants
 from tracer.study.tables import markdown_table
 
 FILES = ("results.md", "results.json", "scaling.png")

@@ -7,10 +7,11 @@ from dataclasses import asdict
 from importlib.resources import files as package_files
 from pathlib import Path
 
+from benchmarks.production import noise_targets as noise
+from benchmarks.production import overhead
 from tracer.core import backend
 from tracer.io.atomic import whole, write_text
 from tracer.progress import StepCallback
-from tracer.study.production import noise, overhead
 from tracer.study.tables import markdown_table
 
 FILES = ("results.md", "results.json", "noise.png")

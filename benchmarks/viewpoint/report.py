@@ -14,6 +14,8 @@ from typing import Any, get_args
 import drjit as dr
 import numpy as np
 
+from benchmarks.viewpoint.minimum_cover import fewest_views
+from benchmarks.viewpoint.page import to_markdown
 from tracer.core.backend import activate
 from tracer.core.sphere import evenly, icosphere
 from tracer.io import atomic
@@ -21,13 +23,11 @@ from tracer.viewpoint import fast, measures, plots
 from tracer.viewpoint.cover import Rule, cover
 from tracer.viewpoint.direction_measure import stand
 from tracer.viewpoint.item_buffer import MOST_RAYS, Rays, projected_areas, trace
-from tracer.viewpoint.minimum_cover import fewest_views
 from tracer.viewpoint.reports.best import best
 from tracer.viewpoint.reports.complexity_map import complexity_map, view_from
 from tracer.viewpoint.reports.context import Desk, Told
 from tracer.viewpoint.reports.cover import cover_report
 from tracer.viewpoint.reports.measure import measure
-from tracer.viewpoint.reports.page import to_markdown
 from tracer.viewpoint.reports.tour import tour
 from tracer.viewpoint.search import Found, Valued, exhaustive_search, paper_search
 from tracer.viewpoint.source import Crystal, Opened, open_source

@@ -2,8 +2,11 @@
 
 import pytest
 
-from tracer.radiosity.report import convergence, everything, uses, whole
-from tracer.radiosity.report.scenes import examples
+from benchmarks.radiosity import ablations as uses
+from benchmarks.radiosity import convergence
+from benchmarks.radiosity import report as everything
+from benchmarks.radiosity import solutions as whole
+from benchmarks.radiosity.scenes import examples
 
 
 @pytest.mark.slow

@@ -9,12 +9,12 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
+from benchmarks.radiosity.convergence import gain
+from benchmarks.radiosity.scenes import Example
 from tracer.core.arrays import Floats
 from tracer.radiosity.gathering import solve
 from tracer.radiosity.guide import Guidance
 from tracer.radiosity.meshing import cut
-from tracer.radiosity.report.convergence import gain
-from tracer.radiosity.report.scenes import Example
 from tracer.radiosity.shooting import shoot
 
 SEEDS = 4

@@ -4,7 +4,8 @@ import json
 
 import pytest
 
-from tracer.study.cluster import everything, measure
+from benchmarks.cluster import measure
+from benchmarks.cluster import report as everything
 
 
 @pytest.mark.slow

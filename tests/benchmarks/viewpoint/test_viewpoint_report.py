@@ -7,9 +7,9 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
+from benchmarks.viewpoint import report as everything
+from benchmarks.viewpoint.page import search_table
 from tracer.errors import SceneError
-from tracer.viewpoint.reports import everything
-from tracer.viewpoint.reports.page import search_table
 
 XYZ = "3\nwater\nO 0 0 0\nH 0.76 0.59 0\nH -0.76 0.59 0\n"
 TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 2 3 4\nf 1 3 4\n"

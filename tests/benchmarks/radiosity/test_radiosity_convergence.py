@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from tracer.radiosity.report import convergence
-from tracer.radiosity.report.convergence import METHODS, Curve, gain, in_as_much_time, once, prepare, rows
-from tracer.radiosity.report.scenes import Example, chandelier, load
+from benchmarks.radiosity import convergence
+from benchmarks.radiosity.convergence import METHODS, Curve, gain, in_as_much_time, once, prepare, rows
+from benchmarks.radiosity.scenes import Example, chandelier, load
 
 
 def curve(method, rays, seconds, error):

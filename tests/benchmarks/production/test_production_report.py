@@ -4,8 +4,10 @@ import json
 
 import pytest
 
-from tracer.study.production import everything, noise, overhead
-from tracer.study.production.noise import Stop
+from benchmarks.production import noise_targets as noise
+from benchmarks.production import overhead
+from benchmarks.production import report as everything
+from benchmarks.production.noise_targets import Stop
 
 
 def stop(**changes):

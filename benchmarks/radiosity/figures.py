@@ -8,10 +8,10 @@ import mitsuba as mi
 import numpy as np
 from matplotlib.figure import Figure
 
+from benchmarks.radiosity.convergence import METHODS, Curve, Method, Place, once
 from tracer.core.arrays import Floats
 from tracer.core.device import upload
 from tracer.image.colour import encode_srgb
-from tracer.radiosity.report.convergence import METHODS, Curve, Method, Place, once
 
 SHOWN = ("evenly", "each for itself, strata", "distinct, strata", "distinct, warp", "entropy, warp", "deviation, warp")
 FEW = 256

@@ -14,6 +14,7 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
+from benchmarks.cluster.scaling_model import Constants
 from tracer.cluster.remote_drawer import hire
 from tracer.result import Result
 from tracer.scene.fingerprint import fingerprint
@@ -21,7 +22,6 @@ from tracer.scene.view import open_scene
 from tracer.session.render_loop import render_view
 from tracer.session.terms import Terms
 from tracer.settings import make_settings
-from tracer.study.cluster.model import Constants
 
 Told = Callable[[str], None]
 SIZE = (512, 512)
