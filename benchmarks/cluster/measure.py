@@ -6,7 +6,6 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ import drjit as dr
 import numpy as np
 
 from benchmarks.cluster.scaling_model import Constants
+from benchmarks.harness import Announce
 from tracer.cluster.remote_drawer import hire
 from tracer.result import Result
 from tracer.scene.fingerprint import fingerprint
@@ -23,7 +23,6 @@ from tracer.session.render_loop import render_view
 from tracer.session.terms import Terms
 from tracer.settings import make_settings
 
-Told = Callable[[str], None]
 SIZE = (512, 512)
 SPP = 256
 WORKERS = 2
@@ -64,56 +63,66 @@ class Pair:
     @property
     def throughput(self) -> list[float]:
         """That of the workers over that of one process, a seed each."""
-        return [one / other for one, other in zip(self.alone, self.workers, strict=True)]
+        return [alone / workers for alone, workers in zip(self.alone, self.workers, strict=True)]
 
 
-def pair(name: str, path: Path, told: Told) -> Pair:
+def step_count() -> int:
+    """Return how many steps a scene has: warming up, a seed each, two programs."""
+    return 1 + len(SEEDS) + 2
+
+
+def pair(name: str, path: Path, announce: Announce) -> Pair:
     """Render a scene in both ways, one after the other, after a first time that is not measured."""
     with hire(WORKERS) as hired, open_scene(path, size=SIZE) as view:
         drawer = hired(path, fingerprint(path), None, 0, size=SIZE)
-        found = Pair(name, view.pixel_count)
+        measured = Pair(name, view.pixel_count)
         for seed in (None, *SEEDS):
-            told(f"{name}: {'warming up' if seed is None else f'seed {seed}'}")
+            announce(f"{name}: {'warming up' if seed is None else f'seed {seed}'}")
             settings = make_settings(spp=64 if seed is None else SPP, seed=seed or 0)
             start = time.perf_counter()
             alone = render_view(view, settings)
             middle, processor = time.perf_counter(), time.process_time()
-            other = render_view(view, settings, Terms(drawer=drawer))
+            shared = render_view(view, settings, Terms(drawer=drawer))
             end, processor = time.perf_counter(), time.process_time() - processor
             if seed is None:
                 continue
-            found.alone.append(middle - start)
-            found.workers.append(end - middle)
-            found.rounds.append(len(other.report.rounds))
-            found.traffic.append(other.report.elsewhere)
-            found.constants.append(constants_of(found, alone, other, processor))
-            for layer in ("image", "samples", "stderr"):
-                one, two = (np.asarray(getattr(each, layer), np.float64) for each in (alone, other))
-                apart = np.abs(one - two) / np.maximum(np.maximum(np.abs(one), np.abs(two)), 1e-30)
-                found.differing += int(np.count_nonzero(apart))
-                found.difference = max(found.difference, float(apart.max()))
+            measured.alone.append(middle - start)
+            measured.workers.append(end - middle)
+            measured.rounds.append(len(shared.report.rounds))
+            measured.traffic.append(shared.report.elsewhere)
+            measured.constants.append(constants_of(measured, alone, shared, processor))
+            compare(measured, alone, shared)
     for workers in (0, WORKERS):
-        told(f"{name}: whole program")
-        found.programs[str(workers)] = program_seconds(path, workers)
-        found.memory[str(workers)] = client_memory(path, workers)
-    return found
+        announce(f"{name}: whole program")
+        measured.programs[str(workers)] = program_seconds(path, workers)
+        measured.memory[str(workers)] = client_memory(path, workers)
+    return measured
 
 
-def constants_of(found: Pair, alone: Result, other: Result, processor: float) -> Constants:
+def compare(measured: Pair, alone: Result, shared: Result) -> None:
+    """Add the values in which a picture by workers differs from that of one process."""
+    for layer in ("image", "samples", "stderr"):
+        first, second = (np.asarray(getattr(result, layer), np.float64) for result in (alone, shared))
+        difference = np.abs(first - second) / np.maximum(np.maximum(np.abs(first), np.abs(second)), 1e-30)
+        measured.differing += int(np.count_nonzero(difference))
+        measured.difference = max(measured.difference, float(difference.max()))
+
+
+def constants_of(measured: Pair, alone: Result, shared: Result, processor: float) -> Constants:
     """Return what a pair of renders says of the constants of the model; ``processor``: seconds of the client's."""
-    report, elsewhere = alone.report, other.report.elsewhere
-    samples = sum(one.samples for one in report.rounds)
+    report, elsewhere = alone.report, shared.report.elsewhere
+    samples = sum(entry.samples for entry in report.rounds)
     rounds = len(report.rounds)
-    drawn = sum(one.seconds for one in report.rounds)
+    drawn = sum(entry.seconds for entry in report.rounds)
     deciding = report.seconds_deciding + report.seconds_pilot
-    developing = max(other.seconds - sum(one.seconds for one in other.report.rounds) - deciding, 0.0)
+    developing = max(shared.seconds - sum(entry.seconds for entry in shared.report.rounds) - deciding, 0.0)
     return Constants(
         sample=drawn * dr.thread_count() / samples,
         unit=max(processor - deciding - developing, 0.0) / elsewhere["units"],
-        deciding=deciding / (max(rounds - 1, 1) * found.pixels),
-        developing=developing / found.pixels,
-        round_bytes=(elsewhere["bytes_received"] - elsewhere["bytes_of_sums"]) / (rounds * found.pixels),
-        sums_bytes=elsewhere["bytes_of_sums"] / found.pixels,
+        deciding=deciding / (max(rounds - 1, 1) * measured.pixels),
+        developing=developing / measured.pixels,
+        round_bytes=(elsewhere["bytes_received"] - elsewhere["bytes_of_sums"]) / (rounds * measured.pixels),
+        sums_bytes=elsewhere["bytes_of_sums"] / measured.pixels,
     )
 
 

@@ -12,19 +12,26 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.harness import Announce
 from tracer import live
+from tracer.io.exr import read_exr
 from tracer.scene.view import View, open_scene
 from tracer.session.checkpoint import Keeper
 from tracer.session.render_loop import render_view
 from tracer.session.terms import Terms
 from tracer.settings import make_settings
 
-Told = Callable[[str], None]
+WAYS = ("plain", "live", "checkpoint")
 WIDTH = 512
 WANTED_SECONDS = 15.0
 REPEATS = 3
 KEEP_SECONDS = 5.0
 LIMITS = (5.0, 15.0, 30.0)
+
+
+def step_count() -> int:
+    """Return how many steps a scene has."""
+    return len(WAYS) * REPEATS + len(LIMITS)
 
 
 @dataclass(frozen=True)
@@ -41,15 +48,15 @@ class Overhead:
     """How often it showed, or wrote, in one render."""
 
 
-def overheads(name: str, path: Path, told: Told) -> list[Overhead]:
+def overheads(name: str, path: Path, announce: Announce) -> list[Overhead]:
     """Render a picture of some seconds in every way, one after the other, REPEATS times."""
     with open_scene(path, size=WIDTH) as view, tempfile.TemporaryDirectory() as folder:
         spp = spp_for(view, WANTED_SECONDS)
         seconds: dict[str, list[float]] = {}
         counts: dict[str, int] = {}
         for repeat in range(REPEATS):
-            for way in ("plain", "live", "checkpoint"):
-                told(f"{name}: {way}, {repeat + 1} of {REPEATS}")
+            for way in WAYS:
+                announce(f"{name}: {way}, {repeat + 1} of {REPEATS}")
                 terms, count = prepared(way, Path(folder), repeat)
                 start = time.perf_counter()
                 render_view(view, make_settings(spp=spp, criterion="uniform", seed=repeat), terms)
@@ -57,8 +64,8 @@ def overheads(name: str, path: Path, told: Told) -> list[Overhead]:
                 counts[way] = count()
     plain = np.array(seconds["plain"])
     return [
-        Overhead(name, way, float(np.median(each)), float(np.median(np.array(each) / plain - 1)), counts[way])
-        for way, each in seconds.items()
+        Overhead(name, way, float(np.median(taken)), float(np.median(np.array(taken) / plain - 1)), counts[way])
+        for way, taken in seconds.items()
     ]
 
 
@@ -93,35 +100,22 @@ class Limited:
     spp: float
 
 
-def limited(name: str, path: Path, told: Told) -> list[Limited]:
+def limited(name: str, path: Path, announce: Announce) -> list[Limited]:
     """Render with every limit, as a program of its own."""
-    found = []
+    rows = []
     with tempfile.TemporaryDirectory() as folder:
         for limit in LIMITS:
-            told(f"{name}: in {limit:g} s")
+            announce(f"{name}: in {limit:g} s")
             output = Path(folder) / f"{limit:g}.exr"
-            command = [
-                sys.executable,
-                "-m",
-                "tracer",
-                "render",
-                str(path),
-                "-o",
-                str(output),
-                "--time",
-                str(limit),
-                "-q",
-            ]
+            command = [sys.executable, "-m", "tracer", "render", str(path), "-o", str(output), "--time", str(limit)]
             start = time.perf_counter()
-            subprocess.run([*command, "--size", str(WIDTH)], check=True)
+            subprocess.run([*command, "-q", "--size", str(WIDTH)], check=True)
             seconds = time.perf_counter() - start
-            found.append(Limited(name, limit, seconds, mean_samples(output)))
-    return found
+            rows.append(Limited(name, limit, seconds, mean_samples(output)))
+    return rows
 
 
 def mean_samples(path: Path) -> float:
     """Return the mean samples per pixel of a picture."""
-    from tracer.io.exr import read_exr
-
     names, values, _ = read_exr(path)
     return float(values[..., names.index("samples.Y")].mean())

@@ -2,100 +2,92 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict
-from importlib.resources import files as package_files
 from pathlib import Path
+from typing import Any
 
-from benchmarks.production import noise_targets as noise
-from benchmarks.production import overhead
-from tracer.core import backend
-from tracer.io.atomic import whole, write_text
+from benchmarks import harness
+from benchmarks.production import noise_targets, overhead
+from benchmarks.production.noise_targets import Stop
 from tracer.progress import StepCallback
 from tracer.study.tables import markdown_table
 
-FILES = ("results.md", "results.json", "noise.png")
+FIGURE = "noise.png"
+FILES = (harness.PAGE, harness.NUMBERS, FIGURE)
 TIMED = ("spheres_and_rods", "window_interior")
 
 
-def everything(folder: Path, step: StepCallback) -> None:
-    """Measure everything, and write ``FILES``. Raises KeyboardInterrupt if ``step`` stops it."""
-    scenes = sorted(Path(str(package_files("tracer.scenes"))).glob("*.xml"))
-    runs = len(noise.TARGETS) * len(noise.CRITERIA) * len(noise.SEEDS) + 1
-    total = len(scenes) * runs + len(TIMED) * (3 * overhead.REPEATS + len(overhead.LIMITS))
-    done = 0
-
-    def told(text: str) -> None:
-        nonlocal done
-        if step(text, done, total) is False:
-            raise KeyboardInterrupt
-        done += 1
-
+def report(folder: Path, progress: StepCallback) -> None:
+    """Measure everything, and write ``FILES``. Raises KeyboardInterrupt if ``progress`` stops it."""
+    scenes = harness.bundled_scenes()
+    total = len(scenes) * noise_targets.step_count() + len(TIMED) * overhead.step_count()
+    announce = harness.StepCounter(progress, total)
     costs, limits = [], []
     for path in scenes:
         if path.stem in TIMED:
-            costs += overhead.overheads(path.stem, path, told)
-            limits += overhead.limited(path.stem, path, told)
-    stops = [stop for path in scenes for stop in noise.stops(path.stem, path, told)]
-    with whole(folder / "noise.png") as path:
-        noise.draw(stops, path)
-    found = {
-        "noise": noise.plain(stops),
-        "costs": [asdict(one) for one in costs],
-        "limits": [vars(one) for one in limits],
+            costs += overhead.overheads(path.stem, path, announce)
+            limits += overhead.limited(path.stem, path, announce)
+    stops = [stop for path in scenes for stop in noise_targets.stops(path.stem, path, announce)]
+    noise_targets.draw(stops, folder / FIGURE)
+    numbers = {
+        "noise": [asdict(stop) for stop in stops],
+        "costs": [asdict(cost) for cost in costs],
+        "limits": [asdict(limit) for limit in limits],
     }
-    write_text(folder / "results.json", json.dumps(found, indent=1) + "\n")
-    write_text(folder / "results.md", text(stops, costs, limits))
+    harness.write(folder, numbers, to_page(numbers))
 
 
-def text(stops: list[noise.Stop], costs: list[overhead.Overhead], limits: list[overhead.Limited]) -> str:
+def to_page(numbers: dict[str, Any]) -> str:
     """Return the results as Markdown."""
-    targets = [f"{target:g}" for target in noise.TARGETS]
-    good = sum(1 / noise.FACTOR <= one.predicted / one.true <= noise.FACTOR for one in stops)
+    stops, seeds = [Stop(**stop) for stop in numbers["noise"]], len(noise_targets.SEEDS)
+    targets, factor = [f"{target:g}" for target in noise_targets.TARGETS], noise_targets.FACTOR
+    good = sum(1 / factor <= stop.predicted / stop.true <= factor for stop in stops)
     accuracy = markdown_table(
-        ["scene", "criterion", *(f"to {each}" for each in targets), *(f"% within {each}" for each in targets)],
-        noise.accuracy_rows(stops),
+        ["scene", "criterion", *(f"to {target}" for target in targets), *(f"% within {target}" for target in targets)],
+        noise_targets.accuracy_rows(stops),
     )
     cost = markdown_table(
-        ["scene", *(f"spp to {each}" for each in targets), *(f"s to {each}" for each in targets)],
-        noise.cost_rows(stops),
+        ["scene", *(f"spp to {target}" for target in targets), *(f"s to {target}" for target in targets)],
+        noise_targets.cost_rows(stops),
     )
-    shown = markdown_table(
+    overheads = markdown_table(
         ["scene", "", "seconds", "overhead", "times"],
-        [[one.scene, one.way, f"{one.seconds:.1f}", f"{100 * one.share:.1f} %", str(one.times)] for one in costs],
+        [
+            [row["scene"], row["way"], f"{row['seconds']:.1f}", f"{100 * row['share']:.1f} %", str(row["times"])]
+            for row in numbers["costs"]
+        ],
     )
-    kept = markdown_table(
+    limits = markdown_table(
         ["scene", "--time", "seconds", "spp"],
-        [[one.scene, f"{one.limit:g}", f"{one.seconds:.1f}", f"{one.spp:.1f}"] for one in limits],
+        [
+            [row["scene"], f"{row['limit']:g}", f"{row['seconds']:.1f}", f"{row['spp']:.1f}"]
+            for row in numbers["limits"]
+        ],
     )
-    return f"""# Production
-
-Written by `tracer production-report`, on {backend.processor()} with {backend.thread_count()} threads. Scenes are those
-that come with tracer, {noise.WIDTH} pixels wide for noise, {overhead.WIDTH} for time.
-
-## Noise targets
-
+    introduction = f"""
+{harness.written_by("production")}, on {harness.machine()}. Scenes are those
+that come with tracer, {noise_targets.WIDTH} pixels wide for noise, {overhead.WIDTH} for time."""
+    sections = {
+        "Noise targets": f"""
 Predicted over true error that 95 % of the pixels keep within, when the render stopped: geometric mean over
-{len(noise.SEEDS)} seeds, least and most; bold beyond a factor of {noise.FACTOR}. Then the percentage of pixels that are
-in fact within the target, where 95 were asked for. At most {noise.MOST_SPP} spp; references of at least
-{noise.REFERENCE_SPP} spp. {good} of {len(stops)} renders are within a factor of {noise.FACTOR}.
+{seeds} seeds, least and most; bold beyond a factor of {factor}. Then the percentage of pixels that are
+in fact within the target, where 95 were asked for. At most {noise_targets.MOST_SPP} spp; references of at least
+{noise_targets.REFERENCE_SPP} spp. {good} of {len(stops)} renders are within a factor of {factor}.
 
 {accuracy}
-![Predicted against true errors](noise.png)
-
-## What a target takes
-
+![Predicted against true errors]({FIGURE})""",
+        "What a target takes": f"""
 Samples per pixel, and seconds, of fused / uniform; > where the budget came first.
 
-{cost}
-## What it costs to show a picture and to keep a checkpoint
-
+{cost}""",
+        "What it costs to show a picture and to keep a checkpoint": f"""
 Against the plain render next to it, median of {overhead.REPEATS}. The PNG is written as often as its share allows, a
 checkpoint every {overhead.KEEP_SECONDS:g} s.
 
-{shown}
-## Limits of time
-
+{overheads}""",
+        "Limits of time": f"""
 Seconds of the whole program.
 
-{kept}"""
+{limits}""",
+    }
+    return harness.page("Production", introduction, sections)

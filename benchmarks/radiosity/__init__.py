@@ -1,1 +1,1 @@
-"""What guided rays are worth, measured: ``tracer radiosity-report``."""
+"""What guided rays are worth in radiosity."""

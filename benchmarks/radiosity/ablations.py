@@ -5,13 +5,13 @@ Everything is guided here, whether it seems worth it or not.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import astuple, replace
 from typing import Any
 
 import numpy as np
 
-from benchmarks.radiosity.convergence import Place, gain, guided
+from benchmarks.harness import Announce, ratio_over_seeds
+from benchmarks.radiosity.convergence import Place, guided
 from tracer.radiosity.guide import Guidance, division_for
 from tracer.radiosity.irradiance import gather
 from tracer.radiosity.lattice import evenly
@@ -32,7 +32,12 @@ USES = {
 }
 
 
-def uses(place: Place, told: Callable[[str], None]) -> list[dict[str, Any]]:
+def step_count() -> int:
+    """Return how many steps a scene has."""
+    return len(USES)
+
+
+def uses(place: Place, announce: Announce) -> list[dict[str, Any]]:
     """Return the gain of every use over as many rays spread evenly."""
 
     def error(irradiance: Any) -> float:
@@ -41,11 +46,12 @@ def uses(place: Place, told: Callable[[str], None]) -> list[dict[str, Any]]:
     even = [error(gather(place.see, place.single, RAYS, evenly, seed).irradiance) for seed in range(SEEDS)]
     rows = []
     for name, guidance in USES.items():
-        told(f"{place.example.name}, {name}")
+        announce(f"{place.example.name}, {name}")
         division = division_for(guidance, RAYS)
         assert division is not None
-        found = [guided(place, place.groups, division, guidance, RAYS, seed) for seed in range(SEEDS)]
-        errors = [error(each[0]) for each in found if each is not None]
+        results = [guided(place, place.groups, division, guidance, RAYS, seed) for seed in range(SEEDS)]
+        errors = [error(result.irradiance) for result in results if result is not None]
         if len(errors) == SEEDS:
-            rows.append({"scene": place.example.name, "use": name, "equal_rays": gain(errors, even)})
+            gain = astuple(ratio_over_seeds(errors, even))
+            rows.append({"scene": place.example.name, "use": name, "equal_rays": gain})
     return rows

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from time import perf_counter
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from scipy import stats
 
+from benchmarks.harness import Announce, ratio_over_seeds
 from benchmarks.radiosity.scenes import Example
 from tracer.core.arrays import Floats
 from tracer.radiosity.gathering import solve
@@ -63,8 +62,14 @@ class Place:
     radiosity: Floats
 
 
-Found = tuple[Floats, float, float]
-"""Irradiance, rays a point and the share of points guided."""
+class Gathered(NamedTuple):
+    """What one method finds."""
+
+    irradiance: Floats
+    rays: float
+    """A point, those that looked too."""
+    guided: float
+    """Share of the points."""
 
 
 @dataclass(frozen=True)
@@ -94,10 +99,10 @@ def prepare(example: Example) -> Place:
     return Place(example, patches, neighbours(points, Guidance().members), single, see, truth, radiosity)
 
 
-def once(place: Place, method: Method, rays: int, seed: int) -> Found | None:
+def gathered(place: Place, method: Method, rays: int, seed: int) -> Gathered | None:
     """Return what one method finds; None where a look is too dear."""
     if method.kind is None:
-        return gather(place.see, place.single, rays, evenly, seed).irradiance, rays, 0.0
+        return Gathered(gather(place.see, place.single, rays, evenly, seed).irradiance, rays, 0.0)
     guidance = Guidance(method.kind, THRESHOLDS[method.kind])
     if method.own:
         guidance = replace(guidance, members=1, worth=0.0, overall=0.0)
@@ -108,7 +113,7 @@ def once(place: Place, method: Method, rays: int, seed: int) -> Found | None:
 
 def guided(
     place: Place, groups: Groups, division: Division, guidance: Guidance, rays: int, seed: int, strata: bool = False
-) -> Found | None:
+) -> Gathered | None:
     """Return what guided rays find, those that looked among them; None where they would be most of all."""
     guide = make_guide(by_face(place.patches, place.see), groups, division, guidance, place.patches.faces, 1000 + seed)
     looked = guide.regions.rays / len(groups.points)
@@ -117,28 +122,33 @@ def guided(
         return None
     way = Strata(guide) if strata else warped(guide)
     irradiance = gather(place.see, groups, left, way, seed, guide.guided).irradiance
-    return irradiance, left + looked, float(guide.guided.mean())
+    return Gathered(irradiance, left + looked, float(guide.guided.mean()))
 
 
-def measure(place: Place, told: Callable[[str], None]) -> list[Curve]:
+def step_count() -> int:
+    """Return how many steps a scene has."""
+    return len(RAYS) * SEEDS
+
+
+def measure(place: Place, announce: Announce) -> list[Curve]:
     """Return the errors of all methods. They take turns, so that a machine that slows down does so for all."""
     scale = float(np.mean(place.truth)) ** 2
     curves = []
     for rays in RAYS:
-        # The first of each is not timed: it compiles.
-        possible = [method for method in METHODS if once(place, method, rays, 50) is not None]
+        # The first time a method gathers is not timed: it compiles.
+        possible = [method for method in METHODS if gathered(place, method, rays, 50) is not None]
         errors: dict[str, list[float]] = {method.name: [] for method in possible}
         seconds: dict[str, list[float]] = {method.name: [] for method in possible}
         traced: dict[str, tuple[float, float]] = {}
         for seed in range(SEEDS):
-            told(f"{place.example.name}, {rays} rays, seed {seed}")
+            announce(f"{place.example.name}, {rays} rays, seed {seed}")
             for method in possible:
                 begin = perf_counter()
-                found = once(place, method, rays, seed)
+                result = gathered(place, method, rays, seed)
                 seconds[method.name].append(perf_counter() - begin)
-                assert found is not None
-                errors[method.name].append(float(np.mean((found[0] - place.truth) ** 2)) / scale)
-                traced[method.name] = found[1:]
+                assert result is not None
+                errors[method.name].append(float(np.mean((result.irradiance - place.truth) ** 2)) / scale)
+                traced[method.name] = result.rays, result.guided
         for method in possible:
             name = method.name
             took = float(np.median(seconds[name]))
@@ -146,35 +156,29 @@ def measure(place: Place, told: Callable[[str], None]) -> list[Curve]:
     return curves
 
 
-def gain(own: list[float], other: list[float]) -> tuple[float, float, float]:
-    """Return how many times the errors ``other`` are ``own``, with its 95 % interval over the seeds (Student)."""
-    logs = np.log(np.asarray(other)) - np.log(np.asarray(own))
-    middle = float(logs.mean())
-    reach = float(stats.t.ppf(0.975, len(logs) - 1) * logs.std(ddof=1) / np.sqrt(len(logs)))
-    return float(np.exp(middle)), float(np.exp(middle - reach)), float(np.exp(middle + reach))
-
-
 def in_as_much_time(curves: list[Curve], curve: Curve) -> list[float]:
     """Return the errors of even rays, had there been as many as the curve's time is enough for.
 
     Time is compared at the same number of rays, and error falls along the line through all even rays of the scene.
     """
-    even = [each for each in curves if each.scene == curve.scene and each.method == "evenly"]
-    same = next(each for each in even if each.rays == curve.rays)
-    error = [float(np.mean(np.log(each.errors))) for each in even]
-    slope = float(np.polyfit(np.log([each.seconds for each in even]), error, 1)[0])
+    evens = [other for other in curves if other.scene == curve.scene and other.method == "evenly"]
+    same = next(even for even in evens if even.rays == curve.rays)
+    logarithms = [float(np.mean(np.log(even.errors))) for even in evens]
+    slope = float(np.polyfit(np.log([even.seconds for even in evens]), logarithms, 1)[0])
     factor = float((curve.seconds / same.seconds) ** slope)
-    return [each * factor for each in same.errors]
+    return [error * factor for error in same.errors]
 
 
-def rows(curves: list[Curve]) -> list[dict[str, Any]]:
+def gains_over_even(curves: list[Curve]) -> list[dict[str, Any]]:
     """Return the gains of all guided methods over even rays."""
-    found = []
+    rows = []
     for curve in curves:
         if curve.method == "evenly":
             continue
-        even = next(e for e in curves if (e.scene, e.method, e.rays) == (curve.scene, "evenly", curve.rays))
-        found.append(
+        even = next(
+            other for other in curves if (other.scene, other.method, other.rays) == (curve.scene, "evenly", curve.rays)
+        )
+        rows.append(
             {
                 "scene": curve.scene,
                 "method": curve.method,
@@ -183,8 +187,8 @@ def rows(curves: list[Curve]) -> list[dict[str, Any]]:
                 "guided": curve.guided,
                 "seconds": curve.seconds,
                 "error": float(np.sqrt(np.mean(curve.errors))),
-                "equal_rays": gain(curve.errors, even.errors),
-                "equal_time": gain(curve.errors, in_as_much_time(curves, curve)),
+                "equal_rays": astuple(ratio_over_seeds(curve.errors, even.errors)),
+                "equal_time": astuple(ratio_over_seeds(curve.errors, in_as_much_time(curves, curve))),
             }
         )
-    return found
+    return rows

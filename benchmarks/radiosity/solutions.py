@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import astuple
 from time import perf_counter
 from typing import Any
 
 import mitsuba as mi
 import numpy as np
 
-from benchmarks.radiosity.convergence import gain
+from benchmarks.harness import Announce, ratio_over_seeds
 from benchmarks.radiosity.scenes import Example
 from tracer.core.arrays import Floats
 from tracer.radiosity.gathering import solve
@@ -21,9 +22,20 @@ SEEDS = 4
 RAYS = 256
 SPP = 64
 SIZES = (0.8, 0.4, 0.2, 0.1)
+SHOWS = ("patches", "smooth", "gather")
 
 
-def solutions(example: Example, told: Callable[[str], None]) -> list[dict[str, Any]]:
+def step_count() -> int:
+    """Return how many steps a scene has: its solutions by gathering and by shooting, and its pictures."""
+    return 2 + 1
+
+
+def cornell_step_count() -> int:
+    """Return how many steps the Cornell box has: paths, pictures of patches, many patches."""
+    return 1 + len(SIZES) * len(SHOWS) + 1
+
+
+def solutions(example: Example, announce: Announce) -> list[dict[str, Any]]:
     """Return what guidance gains in gathering and in shooting, by the error of all patches."""
     patches = cut(example.scene, example.size)
     distinct = Guidance("distinct", 4.0)
@@ -37,9 +49,9 @@ def solutions(example: Example, told: Callable[[str], None]) -> list[dict[str, A
             lambda rays, seed: shoot(patches, rays, 1e-4, seed, distinct),
         ),
     }
-    found = []
+    rows = []
     for name, both in ways.items():
-        told(f"{example.name}, {name}")
+        announce(f"{example.name}, {name}")
         truth = both[0](16 * RAYS, 77).radiosity
         errors, seconds = [], []
         for way in both:
@@ -48,32 +60,33 @@ def solutions(example: Example, told: Callable[[str], None]) -> list[dict[str, A
             results = [way(RAYS, seed).radiosity for seed in range(SEEDS)]
             seconds.append((perf_counter() - begin) / SEEDS)
             errors.append([float(np.mean((result - truth) ** 2)) for result in results])
-        found.append(
+        rows.append(
             {
                 "scene": example.name,
                 "method": name,
                 "patches": len(patches),
                 "rays": RAYS,
-                "equal_rays": gain(errors[1], errors[0]),
+                "equal_rays": astuple(ratio_over_seeds(errors[1], errors[0])),
                 "seconds": seconds,
             }
         )
-    return found
+    return rows
 
 
-def pictures(example: Example, told: Callable[[str], None]) -> dict[str, Any]:
+def pictures(example: Example, announce: Announce) -> dict[str, Any]:
     """Return what guided final gathers gain in a picture, at equal samples."""
-    told(f"{example.name}, final gather")
+    announce(f"{example.name}, final gather")
     both = [mi.load_dict({"type": "radiosity", "size": example.size, "guided": guided}) for guided in (False, True)]
     truth = np.mean([image(example, integrator, 32 * SPP, 90) for integrator in both], axis=0)
     errors, seconds = [], []
     for integrator in both:
         image(example, integrator, SPP, 50)
         begin = perf_counter()
-        found = [image(example, integrator, SPP, seed) for seed in range(SEEDS)]
+        images = [image(example, integrator, SPP, seed) for seed in range(SEEDS)]
         seconds.append((perf_counter() - begin) / SEEDS)
-        errors.append([float(np.mean((each - truth) ** 2)) for each in found])
-    return {"scene": example.name, "spp": SPP, "equal_samples": gain(errors[1], errors[0]), "seconds": seconds}
+        errors.append([float(np.mean((made - truth) ** 2)) for made in images])
+    gain = astuple(ratio_over_seeds(errors[1], errors[0]))
+    return {"scene": example.name, "spp": SPP, "equal_samples": gain, "seconds": seconds}
 
 
 def image(example: Example, integrator: Any, spp: int, seed: int) -> Floats:
@@ -82,34 +95,34 @@ def image(example: Example, integrator: Any, spp: int, seed: int) -> Floats:
     return np.array(made, np.float64)[..., :3]
 
 
-def against_paths(example: Example, told: Callable[[str], None]) -> list[dict[str, Any]]:
+def against_paths(example: Example, announce: Announce) -> list[dict[str, Any]]:
     """Return how pictures of smaller and smaller patches differ from those of a path tracer."""
-    told(f"{example.name}, paths")
+    announce(f"{example.name}, paths")
     path = mi.load_dict({"type": "path", "max_depth": 64, "rr_depth": 64})
     truth = image(example, path, 2048, 3)
-    found = []
+    rows = []
     for size in SIZES:
         differences = {}
-        for show in ("patches", "smooth", "gather"):
-            told(f"{example.name}, patches of {size:g}, {show}")
+        for show in SHOWS:
+            announce(f"{example.name}, patches of {size:g}, {show}")
             integrator = mi.load_dict({"type": "radiosity", "size": size, "show": show, "rays": 1024})
             made = image(example, integrator, 512, 5)
             differences[show] = float(np.mean(np.abs(made - truth)) / truth.mean())
             differences[f"{show} mean"] = float(made.mean() / truth.mean())
-        found.append({"scene": example.name, "size": size, "count": len(integrator.patches), **differences})
-    return found
+        rows.append({"scene": example.name, "size": size, "count": len(integrator.patches), **differences})
+    return rows
 
 
-def large(example: Example, told: Callable[[str], None]) -> dict[str, Any]:
+def large(example: Example, announce: Announce) -> dict[str, Any]:
     """Return how long a solution of more than 20 000 patches takes."""
-    told(f"{example.name}, many patches")
+    announce(f"{example.name}, many patches")
     patches = cut(example.scene, 0.06)
     begin = perf_counter()
-    found = solve(patches, RAYS, 1e-5, 0, True, Guidance())
+    solution = solve(patches, RAYS, 1e-5, 0, True, Guidance())
     return {
         "patches": len(patches),
         "seconds": perf_counter() - begin,
-        "rays": found.rays,
-        "rounds": found.rounds,
-        "residual": found.residual,
+        "rays": solution.rays,
+        "rounds": solution.rounds,
+        "residual": solution.residual,
     }

@@ -1,9 +1,8 @@
-"""All that is claimed of views, measured and drawn in one folder: rate, searches, convergence, molecules, pictures."""
+"""All that is claimed of views, measured and drawn: rate, searches, view sets, convergence, molecules, pictures."""
 
 from __future__ import annotations
 
 import itertools
-import json
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -14,18 +13,19 @@ from typing import Any, get_args
 import drjit as dr
 import numpy as np
 
+from benchmarks import harness
+from benchmarks.harness import Announce
 from benchmarks.viewpoint.minimum_cover import fewest_views
-from benchmarks.viewpoint.page import to_markdown
-from tracer.core.backend import activate
+from benchmarks.viewpoint.page import to_page
 from tracer.core.sphere import evenly, icosphere
-from tracer.io import atomic
-from tracer.viewpoint import fast, measures, plots
+from tracer.progress import StepCallback
+from tracer.viewpoint import fast, measures
 from tracer.viewpoint.cover import Rule, cover
 from tracer.viewpoint.direction_measure import stand
 from tracer.viewpoint.item_buffer import MOST_RAYS, Rays, projected_areas, trace
 from tracer.viewpoint.reports.best import best
 from tracer.viewpoint.reports.complexity_map import complexity_map, view_from
-from tracer.viewpoint.reports.context import Desk, Told
+from tracer.viewpoint.reports.context import Desk
 from tracer.viewpoint.reports.cover import cover_report
 from tracer.viewpoint.reports.measure import measure
 from tracer.viewpoint.reports.tour import tour
@@ -33,7 +33,7 @@ from tracer.viewpoint.search import Found, Valued, exhaustive_search, paper_sear
 from tracer.viewpoint.source import Crystal, Opened, open_source
 from tracer.viewpoint.survey import survey
 
-FILES = ("results.md", "results.json")
+FILES = (harness.PAGE, harness.NUMBERS)
 MESHES = {
     "bunny.ply": (0.0, 1.0, 0.0),
     "spot.obj": (0.0, 1.0, 0.0),
@@ -48,6 +48,8 @@ RATE_SIDE, RATE_LEVEL = 640, 3
 SEARCH_SIDE, SEARCH_LEVEL = 96, 2
 SHOWN_MEASURES = ("entropy", "mutual_information", "silhouette_length", "visible_saliency")
 """Of the sheets of pictures."""
+COVERED, ENOUGH = ("teapot.ply", "spot.obj"), (0.9, 0.95)
+"""Meshes of view sets, and the shares of the area that they show well."""
 QUALITY = 0.5
 """Share of its largest area at which a face is shown well, in view sets."""
 COVER_SIDE = 256
@@ -60,32 +62,32 @@ FEW_SURFACES = "spheres_and_rods.xml"
 SEEDS = 20
 
 
-def everything(public: Path, scenes: Path, folder: Path, told: Told) -> list[str]:
-    """Write ``FILES`` and pictures; ``public`` has the folders ``meshes`` and ``molecules``. Return the headings."""
-    activate()
+def report(folder: Path, progress: StepCallback, public: Path) -> None:
+    """Measure everything, and write ``FILES`` and pictures; ``public`` has the folders ``meshes`` and ``molecules``.
+
+    Scenes in its folder ``scenes`` are searched, too. Raises KeyboardInterrupt if ``progress`` stops it.
+    """
     opened = {path: replace(open_source(public / "meshes" / path), up=up) for path, up in MESHES.items()}
-    opened |= {path.name: open_source(path, "shape") for path in sorted(scenes.glob("*.xml"))}
+    opened |= {path.name: open_source(path, "shape") for path in harness.bundled_scenes()}
     opened |= {path.parent.name: open_source(path, "shape") for path in sorted(public.glob("scenes/*/scene.xml"))}
-    sections: dict[str, Any] = {}
-    parts: list[tuple[str, Callable[[], Any]]] = [
-        ("Rate", lambda: rate(opened["bunny.ply"])),
-        ("Searches", lambda: searches(opened, folder, told)),
-        ("View sets", lambda: view_sets(opened, told)),
-        ("Convergence of the fast estimate", lambda: convergence(opened, folder)),
-        ("Molecules", lambda: molecules(public / "molecules", folder, told)),
-        ("Pictures", lambda: pictures(opened, folder, told)),
-    ]
-    for k, (heading, part) in enumerate(parts):
-        if told(heading, k, len(parts)) is False:
-            raise KeyboardInterrupt
-        sections[heading] = part()
-    atomic.write_text(folder / "results.json", json.dumps(sections, indent=1) + "\n")
-    atomic.write_text(folder / "results.md", to_markdown(sections))
-    return list(sections)
+    pairs = measured_pairs(opened)
+    drawings = [name for name, (file, _) in DRAWINGS.items() if file in opened]
+    total = 1 + len(pairs) + len(COVERED) * len(ENOUGH) + 1 + len(CRYSTALS + MOLECULES) + len(drawings)
+    announce = harness.StepCounter(progress, total)
+    sections = {
+        "Rate": rate(opened["bunny.ply"], announce),
+        "Searches": searches(opened, pairs, folder, announce),
+        "View sets": view_sets(opened, announce),
+        "Convergence of the fast estimate": convergence(opened, folder, announce),
+        "Molecules": molecules(public / "molecules", folder, announce),
+        "Pictures": pictures(opened, folder, announce),
+    }
+    harness.write(folder, sections, to_page(sections))
 
 
-def rate(opened: Opened) -> dict[str, Any]:
+def rate(opened: Opened, announce: Announce) -> dict[str, Any]:
     """Return seconds and rays per second of the item buffer, and of nothing but intersections of the same rays."""
+    announce("rate")
     subject, place = opened.subject, stand(opened.subject)
     views, rays = place.viewpoints(icosphere(RATE_LEVEL)[0]), Rays(side=RATE_SIDE)
     size = max(1, MOST_RAYS // rays.count(place.lens))
@@ -96,8 +98,8 @@ def rate(opened: Opened) -> dict[str, Any]:
 
     def intersections() -> None:
         for first in range(0, len(views), size):
-            found = trace(subject, views[first : first + size], place.lens, rays, first, 0, rays.count(place.lens))
-            dr.eval(found.hit, found.depth)
+            batch = trace(subject, views[first : first + size], place.lens, rays, first, 0, rays.count(place.lens))
+            dr.eval(batch.hit, batch.depth)
             dr.sync_thread()
 
     seconds = {"item buffer": [], "intersections only": []}  # type: dict[str, list[float]]
@@ -111,12 +113,24 @@ def rate(opened: Opened) -> dict[str, Any]:
     return {
         "what": f"{len(views)} views of {RATE_SIDE} x {RATE_SIDE} of bunny.ply, {subject.count} faces",
         "seconds": shortest,
-        "million rays per second": {name: count / each / 1e6 for name, each in shortest.items()},
+        "million rays per second": {name: count / taken / 1e6 for name, taken in shortest.items()},
         "share of the rate of intersections": shortest["intersections only"] / shortest["item buffer"],
     }
 
 
-def searches(opened: dict[str, Opened], folder: Path, told: Told) -> list[dict[str, Any]]:
+def measured_pairs(opened: dict[str, Opened]) -> list[tuple[str, str]]:
+    """Return subjects and the measures that can be taken of them: some need a mesh."""
+    return [
+        (file, name)
+        for file, source in opened.items()
+        for name in measures.names()
+        if len(source.subject.mesh.triangles) or not {"vertices", "saliency"} & set(measures.get(name).needs)
+    ]
+
+
+def searches(
+    opened: dict[str, Opened], pairs: list[tuple[str, str]], folder: Path, announce: Announce
+) -> list[dict[str, Any]]:
     """Return for each subject and measure what the searches reach: 0 the worst view of 162, 1 the best known."""
     rows = []
     ways: dict[str, Callable[[Valued], Found]] = {
@@ -124,33 +138,28 @@ def searches(opened: dict[str, Opened], folder: Path, told: Told) -> list[dict[s
         "octants": partial(paper_search, all_octants=True),
         "exhaustive": partial(exhaustive_search, level=SEARCH_LEVEL),
     }
-    for file, one in opened.items():
-        desk = desk_of(one, folder, told, SEARCH_SIDE)
-        for name in measures.names():
-            needs = set(measures.get(name).needs)
-            if {"vertices", "saliency"} & needs and not len(one.subject.mesh.triangles):
-                continue
-            told(f"searches: {file}, {name}", 1, 6)
-            gauge = desk.gauge(name)
-            all_around = gauge.better(icosphere(SEARCH_LEVEL)[0])
-            found, views = {}, {}
-            for search, run in ways.items():
-                before = gauge.evaluations
-                found[search] = run(gauge.better)
-                views[search] = gauge.evaluations - before
-            most = max(float(all_around.max()), *(each.value for each in found.values()))
-            finite = all_around[np.isfinite(all_around)]
-            span = most - float(finite.min()) if len(finite) else 0.0
-            reached = {k: (each.value - most) / span + 1 if span > 0 else 1.0 for k, each in found.items()}
-            rows.append({"subject": file, "measure": name, "reached": reached, "views": views})
+    for file, name in pairs:
+        announce(f"searches: {file}, {name}")
+        gauge = desk_of(opened[file], folder, SEARCH_SIDE).gauge(name)
+        all_around = gauge.better(icosphere(SEARCH_LEVEL)[0])
+        best, views = {}, {}
+        for search, run in ways.items():
+            before = gauge.evaluations
+            best[search] = run(gauge.better).value
+            views[search] = gauge.evaluations - before
+        most = max(float(all_around.max()), *best.values())
+        finite = all_around[np.isfinite(all_around)]
+        span = most - float(finite.min()) if len(finite) else 0.0
+        reached = {search: (value - most) / span + 1 if span > 0 else 1.0 for search, value in best.items()}
+        rows.append({"subject": file, "measure": name, "reached": reached, "views": views})
     return rows
 
 
-def view_sets(opened: dict[str, Opened], told: Told) -> list[dict[str, Any]]:
+def view_sets(opened: dict[str, Opened], announce: Announce) -> list[dict[str, Any]]:
     """Return how many views each greedy rule takes, and the fewest that there can be."""
     rows = []
-    for file, enough in itertools.product(("teapot.ply", "spot.obj"), (0.9, 0.95)):
-        told(f"view sets: {file}", 2, 6)
+    for file, enough in itertools.product(COVERED, ENOUGH):
+        announce(f"view sets: {file}, {100 * enough:g} %")
         subject, place = opened[file].subject, stand(opened[file].subject)
         views, rays = place.viewpoints(icosphere(2)[0]), Rays(side=COVER_SIDE)
         areas = np.concatenate([batch.areas for batch in projected_areas(subject, views, place.lens, rays)])
@@ -173,19 +182,19 @@ def view_sets(opened: dict[str, Opened], told: Told) -> list[dict[str, Any]]:
     return rows
 
 
-def convergence(opened: dict[str, Opened], folder: Path) -> dict[str, list[dict[str, Any]]]:
+def convergence(opened: dict[str, Opened], folder: Path, announce: Announce) -> dict[str, list[dict[str, Any]]]:
     """Return the error of the entropy from random rays, and how often its interval holds it, by subject."""
-    found = {file: errors(opened[file]) for file in (FEW_SURFACES, "bunny.ply")}
-    drawn = plots.figure(4.2 * len(found), 3.6)
-    for axis, (file, rows) in zip(drawn.subplots(1, len(found)), found.items(), strict=True):
-        for name, style in (("error", "o-"), ("uncorrected", "s:"), ("standard error", "k--")):
-            axis.loglog([row["rays"] for row in rows], [row[name] for row in rows], style, label=name)
-        axis.set_title(file, fontsize=9)
-        axis.set_xlabel("random rays")
-        axis.set_ylabel("entropy, bits (RMS)")
-        axis.legend()
-    plots.save(drawn, folder / "convergence.png")
-    return found
+    announce("convergence")
+    tables = {file: errors(opened[file]) for file in (FEW_SURFACES, "bunny.ply")}
+    with harness.figure(folder / "convergence.png", 4.2 * len(tables), 3.6) as figure:
+        for axis, (file, rows) in zip(figure.subplots(1, len(tables)), tables.items(), strict=True):
+            for name, style in (("error", "o-"), ("uncorrected", "s:"), ("standard error", "k--")):
+                axis.loglog([row["rays"] for row in rows], [row[name] for row in rows], style, label=name)
+            axis.set_title(file, fontsize=9)
+            axis.set_xlabel("random rays")
+            axis.set_ylabel("entropy, bits (RMS)")
+            axis.legend()
+    return tables
 
 
 def errors(opened: Opened) -> list[dict[str, Any]]:
@@ -195,66 +204,70 @@ def errors(opened: Opened) -> list[dict[str, Any]]:
     truth = survey(subject, views, place.lens, Rays(side=TRUTH_SIDE), ["entropy"])["entropy"]
     rows = []
     for rays in NUMBERS_OF_RAYS:
-        found = [fast.estimate_entropy(subject, views, place.lens, rays, seed) for seed in range(SEEDS)]
-        error = np.array([one.entropy - truth for one in found])
-        stderr = np.array([one.stderr for one in found])
+        estimates = [fast.estimate_entropy(subject, views, place.lens, rays, seed) for seed in range(SEEDS)]
+        error = np.array([estimate.entropy - truth for estimate in estimates])
+        stderr = np.array([estimate.stderr for estimate in estimates])
+        uncorrected = np.array([estimate.uncorrected - truth for estimate in estimates])
         rows.append(
             {
                 "rays": rays,
                 "error": float(np.sqrt(np.mean(error**2))),
-                "uncorrected": float(np.sqrt(np.mean([(one.uncorrected - truth) ** 2 for one in found]))),
+                "uncorrected": float(np.sqrt(np.mean(uncorrected**2))),
                 "standard error": float(np.sqrt(np.mean(stderr**2))),
                 "within 1.96 standard errors": float(np.mean(np.abs(error) < 1.96 * stderr)),
-                "seen once": float(np.mean([one.once for one in found])),
+                "seen once": float(np.mean([estimate.once for estimate in estimates])),
             }
         )
     return rows
 
 
-def molecules(public: Path, folder: Path, told: Told) -> list[dict[str, Any]]:
+def molecules(public: Path, folder: Path, announce: Announce) -> list[dict[str, Any]]:
     """Return the best view of crystals (least entropy) and molecules (most), their pictures written."""
     rows = []
     for file in (*CRYSTALS, *MOLECULES):
-        told(f"molecules: {file}", 4, 6)
+        announce(f"molecules: {file}")
         crystal = Crystal(cut=7.0, radius=0.77) if file in CRYSTALS else None
-        one = open_source(public / file, crystal=crystal)
+        source = open_source(public / file, crystal=crystal)
         place = folder / Path(file).stem
         place.mkdir(exist_ok=True)
-        desk = desk_of(one, place, lambda *_: None, 160)
-        lines = best(desk, "entropy", ["paper", "exhaustive"], 3)
-        rows.append(
-            {"file": file, "atoms": one.subject.count, "good": "least" if one.crystal else "most", "lines": lines}
-        )
+        lines = best(desk_of(source, place, 160), "entropy", ["paper", "exhaustive"], 3)
+        good = "least" if source.crystal else "most"
+        rows.append({"file": file, "atoms": source.subject.count, "good": good, "lines": lines})
     return rows
 
 
-def pictures(opened: dict[str, Opened], folder: Path, told: Told) -> list[str]:
-    """Draw measures, a tour and a view set; return the names of their folders."""
-    made = []
-
-    def own_map(desk: Desk) -> None:
-        view, lens = view_from(desk, 0, None)
-        complexity_map(replace(desk, stand=replace(desk.stand, lens=lens)), view, "entropy", 32, 3)
-
-    for name, file, make in (
-        ("measures-bunny", "bunny.ply", lambda desk: measure(desk, SHOWN_MEASURES, 2)),
-        ("tour-spot", "spot.obj", lambda desk: tour(desk, "entropy", 40, 6.0, 81, 200)),
-        ("map-staircase2", "staircase2", own_map),
-        ("cover-teapot", "teapot.ply", lambda desk: cover_report(desk, 2, 0.5, "entropy", None, 0.98)),
-    ):
+def pictures(opened: dict[str, Opened], folder: Path, announce: Announce) -> list[str]:
+    """Draw measures, a tour, a map and a view set; return the names of their folders."""
+    drawn = []
+    for name, (file, draw) in DRAWINGS.items():
         if file not in opened:
             continue
-        told(f"pictures: {name}", 5, 6)
+        announce(f"pictures: {name}")
         place = folder / name
         place.mkdir(exist_ok=True)
-        make(desk_of(opened[file], place, lambda *_: None, 256))
+        draw(desk_of(opened[file], place, 256))
         for frame in place.glob("frame*.png"):
             frame.unlink()  # the film has them
-        made.append(name)
-    return made
+        drawn.append(name)
+    return drawn
 
 
-def desk_of(opened: Opened, folder: Path, told: Told, side: int) -> Desk:
-    """Return a desk with all as the commands have it unless told otherwise."""
+def own_map(desk: Desk) -> None:
+    """Draw the complexity of what the scene's own camera sees."""
+    view, lens = view_from(desk, 0, None)
+    complexity_map(replace(desk, stand=replace(desk.stand, lens=lens)), view, "entropy", 32, 3)
+
+
+DRAWINGS: dict[str, tuple[str, Callable[[Desk], object]]] = {
+    "measures-bunny": ("bunny.ply", lambda desk: measure(desk, SHOWN_MEASURES, 2)),
+    "tour-spot": ("spot.obj", lambda desk: tour(desk, "entropy", 40, 6.0, 81, 200)),
+    "map-staircase2": ("staircase2", own_map),
+    "cover-teapot": ("teapot.ply", lambda desk: cover_report(desk, 2, 0.5, "entropy", None, 0.98)),
+}
+"""Of what, and how, the folders of pictures are drawn."""
+
+
+def desk_of(opened: Opened, folder: Path, side: int) -> Desk:
+    """Return a desk with everything as the commands have it unless told otherwise; steps within it are not shown."""
     place = stand(opened.subject, up=opened.up, orthographic=opened.orthographic)
-    return Desk(opened, place, Rays(side=side), True, folder, told)
+    return Desk(opened, place, Rays(side=side), True, folder, lambda *_: None)

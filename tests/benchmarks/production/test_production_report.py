@@ -4,9 +4,8 @@ import json
 
 import pytest
 
-from benchmarks.production import noise_targets as noise
-from benchmarks.production import overhead
-from benchmarks.production import report as everything
+from benchmarks import harness
+from benchmarks.production import noise_targets, overhead, report
 from benchmarks.production.noise_targets import Stop
 
 
@@ -16,51 +15,44 @@ def stop(**changes):
 
 
 def test_ratios_beyond_the_factor_are_marked():
-    assert noise.ratio([]) == "-"
-    assert noise.ratio([stop(predicted=0.11), stop(predicted=0.09)]) == "0.99 [0.90, 1.10]"
-    assert noise.ratio([stop(predicted=0.2)]) == "**2.00 [2.00, 2.00]**"
-    assert noise.ratio([stop(true=0.2)]).startswith("**0.50")
+    assert noise_targets.ratio([]) == "-"
+    assert noise_targets.ratio([stop(predicted=0.11), stop(predicted=0.09)]) == "0.99 [0.90, 1.10]"
+    assert noise_targets.ratio([stop(predicted=0.2)]) == "**2.00 [2.00, 2.00]**"
+    assert noise_targets.ratio([stop(true=0.2)]).startswith("**0.50")
 
 
 def test_a_budget_that_came_first_is_marked():
-    assert noise.amount([stop(), stop(spp=20.0)]) == "15"
-    assert noise.amount([stop(), stop(spp=20.0, stopped_by="spp")]) == ">15"
+    assert noise_targets.amount([stop(), stop(spp=20.0)]) == "15"
+    assert noise_targets.amount([stop(), stop(spp=20.0, stopped_by="spp")]) == ">15"
 
 
 @pytest.mark.slow
 def test_everything_is_measured_and_written(tmp_path, monkeypatch):
-    monkeypatch.setattr(noise, "TARGETS", (0.5, 0.2))
-    monkeypatch.setattr(noise, "SEEDS", (0,))
-    monkeypatch.setattr(noise, "WIDTH", 24)
-    monkeypatch.setattr(noise, "MOST_SPP", 32)
-    monkeypatch.setattr(noise, "REFERENCE_SPP", 64)
+    monkeypatch.setattr(noise_targets, "TARGETS", (0.5, 0.2))
+    monkeypatch.setattr(noise_targets, "SEEDS", (0,))
+    monkeypatch.setattr(noise_targets, "WIDTH", 24)
+    monkeypatch.setattr(noise_targets, "MOST_SPP", 32)
+    monkeypatch.setattr(noise_targets, "REFERENCE_SPP", 64)
     monkeypatch.setattr(overhead, "WIDTH", 24)
     monkeypatch.setattr(overhead, "WANTED_SECONDS", 0.1)
     monkeypatch.setattr(overhead, "REPEATS", 1)
     monkeypatch.setattr(overhead, "LIMITS", (1.0,))
-    monkeypatch.setattr(everything, "package_files", lambda name: scenes(tmp_path))
+    interior = [path for path in harness.bundled_scenes() if path.stem == "window_interior"]
+    monkeypatch.setattr(harness, "bundled_scenes", lambda: interior)
     folder = tmp_path / "out"
     folder.mkdir()
     said = []
-    everything.everything(folder, lambda text, done, total: said.append((text, done, total)))
-    assert sorted(path.name for path in folder.iterdir()) == sorted(everything.FILES)
+    report.report(folder, lambda text, done, total: said.append((text, done, total)))
+    assert sorted(path.name for path in folder.iterdir()) == sorted(report.FILES)
     found = json.loads((folder / "results.json").read_text())
     assert len(found["noise"]) == 4
-    assert {one["way"] for one in found["costs"]} == {"plain", "live", "checkpoint"}
+    assert {row["way"] for row in found["costs"]} == {"plain", "live", "checkpoint"}
     assert found["limits"][0]["seconds"] > 1
     assert all(done < total for _, done, total in said)
     assert "window_interior" in (folder / "results.md").read_text()
 
 
-def scenes(folder):
-    from importlib.resources import files
-
-    own = folder / "scenes"
-    own.mkdir(exist_ok=True)
-    (own / "window_interior.xml").write_bytes((files("tracer.scenes") / "window_interior.xml").read_bytes())
-    return own
-
-
-def test_it_can_be_stopped(tmp_path):
+def test_it_can_be_stopped(tmp_path, monkeypatch):
+    monkeypatch.setattr(overhead, "WIDTH", 16)
     with pytest.raises(KeyboardInterrupt):
-        everything.everything(tmp_path, lambda text, done, total: False)
+        report.report(tmp_path, lambda text, done, total: False)

@@ -7,8 +7,9 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from benchmarks.viewpoint import report as everything
-from benchmarks.viewpoint.page import search_table
+from benchmarks import harness
+from benchmarks.viewpoint import report
+from benchmarks.viewpoint.page import searches
 from tracer.errors import SceneError
 
 XYZ = "3\nwater\nO 0 0 0\nH 0.76 0.59 0\nH -0.76 0.59 0\n"
@@ -52,22 +53,25 @@ def test_the_report(public, tmp_path, monkeypatch):
         "FEW_SURFACES": "two.xml",
     }
     for name, value in small.items():
-        monkeypatch.setattr(everything, name, value)
-    monkeypatch.setattr(everything.measures, "names", lambda: ["entropy", "kullback_leibler", "curvature_entropy"])
+        monkeypatch.setattr(report, name, value)
+    monkeypatch.setattr(report.measures, "names", lambda: ["entropy", "kullback_leibler", "curvature_entropy"])
     out = tmp_path / "out"
     out.mkdir()
-    headings = []
-    everything.everything(public, public / "scenes", out, lambda text, done, total: headings.append(text))
+    steps = []
+    monkeypatch.setattr(harness, "bundled_scenes", lambda: [public / "scenes" / "two.xml"])
+    report.report(out, lambda *step: steps.append(step), public)
     page = (out / "results.md").read_text()
     found = json.loads((out / "results.json").read_text())
     assert list(found) == [
         "Rate",
         "Searches",
         "View sets",
-        *("Convergence of the fast estimate", "Molecules", "Pictures"),
+        "Convergence of the fast estimate",
+        "Molecules",
+        "Pictures",
     ]
-    assert list(found)[3:] == ["Convergence of the fast estimate", "Molecules", "Pictures"]
-    assert all(heading in headings for heading in found)
+    assert [done for _, done, _ in steps] == list(range(len(steps)))
+    assert {total for _, _, total in steps} == {len(steps)}
     assert len(found["Searches"]) == 3 * 3 + 2  # no curvature without a mesh
     assert all(0 <= row["reached"][search] <= 1 + 1e-9 for row in found["Searches"] for search in row["reached"])
     for link in [part.split(")")[0] for part in page.split("](")[1:]]:
@@ -80,19 +84,19 @@ def test_the_table_of_searches():
         reached = {"paper": paper, "octants": 1.0, "exhaustive": 1.0}
         return {"subject": subject, "measure": measure, "reached": reached, "views": dict.fromkeys(reached, 10)}
 
-    lines = search_table([row("a", "entropy", 0.5), row("b", "entropy", 0.9), row("a", "visible", 1.0)])
-    assert "| entropy | 0.70 (0.50), 10 | 1.00 (1.00), 10 | 1.00 (1.00), 10 |" in lines
-    assert lines[-1].startswith("| **all** | 0.80 (0.50), 10 |")
+    text = searches([row("a", "entropy", 0.5), row("b", "entropy", 0.9), row("a", "visible", 1.0)])
+    assert "| entropy | 0.70 (0.50), 10 | 1.00 (1.00), 10 | 1.00 (1.00), 10 |\n" in text
+    assert text.splitlines()[-1].startswith("| **all** | 0.80 (0.50), 10 |")
 
 
 def test_it_can_be_stopped(public, tmp_path, monkeypatch):
-    monkeypatch.setattr(everything, "MESHES", {"bunny.ply": (0.0, 1.0, 0.0)})
+    monkeypatch.setattr(report, "MESHES", {"bunny.ply": (0.0, 1.0, 0.0)})
     with pytest.raises(KeyboardInterrupt):
-        everything.everything(public, public / "none", tmp_path, lambda *_: False)
+        report.report(tmp_path, lambda *_: False, public)
 
 
 def test_a_mesh_that_is_not_there(tmp_path):
     (tmp_path / "meshes").mkdir()
     with pytest.raises(SceneError, match="no mesh"):
-        everything.everything(tmp_path, tmp_path, tmp_path, lambda *_: None)
+        report.report(tmp_path, lambda *_: None, tmp_path)
     assert np.all([not path.is_file() for path in tmp_path.iterdir()])
