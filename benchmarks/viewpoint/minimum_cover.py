@@ -39,13 +39,13 @@ def fewest_views(shown: NDArray[np.bool_], weights: Floats, enough: float = 1.0,
         return Fewest(np.zeros(0, np.int64), 0)
     covers = hstack([csr_matrix(patterns.T.astype(float)), -identity(count)], format="csr")
     total = csr_matrix(np.concatenate([np.zeros(views), mass / mass.sum()])[None])
-    found = milp(
+    solution = milp(
         np.concatenate([np.ones(views), np.zeros(count)]),
         integrality=np.concatenate([np.ones(views), np.zeros(count)]),
         bounds=Bounds(0, 1),
         constraints=[LinearConstraint(covers, 0, np.inf), LinearConstraint(total, enough - 1e-9, np.inf)],
         options={"time_limit": seconds},
     )
-    bound = 0.0 if found.mip_dual_bound is None else float(found.mip_dual_bound)
-    chosen = np.zeros(0, np.int64) if found.x is None else np.flatnonzero(found.x[:views] > 0.5)
+    bound = 0.0 if solution.mip_dual_bound is None else float(solution.mip_dual_bound)
+    chosen = np.zeros(0, np.int64) if solution.x is None else np.flatnonzero(solution.x[:views] > 0.5)
     return Fewest(chosen, int(np.ceil(bound - 1e-6)))
