@@ -74,8 +74,8 @@ def view_sets(rows: Rows) -> str:
     """Return the sizes of view sets."""
     lines = []
     for row in rows:
-        exact, least = row["found exactly"], row["least"]
-        fewest = str(least) if exact == least else f"{least} to {exact}" if exact else f"at least {least}"
+        reached, least = row["found exactly"], row["least"]  # 0: no set was found in time
+        fewest = f"at least {least}" if not reached else str(least) if reached == least else f"{least} to {reached}"
         counts = [str(row[rule]) for rule in ("entropy", "area", "divergence")]
         lines.append([row["subject"], f"{100 * row['enough']:.0f} %", *counts, fewest])
     return f"""

@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks import harness
 from benchmarks.viewpoint import report
-from benchmarks.viewpoint.page import searches
+from benchmarks.viewpoint.page import searches, view_sets
 from tracer.errors import SceneError
 
 XYZ = "3\nwater\nO 0 0 0\nH 0.76 0.59 0\nH -0.76 0.59 0\n"
@@ -87,6 +87,16 @@ def test_the_table_of_searches():
     text = searches([row("a", "entropy", 0.5), row("b", "entropy", 0.9), row("a", "visible", 1.0)])
     assert "| entropy | 0.70 (0.50), 10 | 1.00 (1.00), 10 | 1.00 (1.00), 10 |\n" in text
     assert text.splitlines()[-1].startswith("| **all** | 0.80 (0.50), 10 |")
+
+
+@pytest.mark.parametrize(
+    ("reached", "least", "fewest"), [(5, 5, "5"), (6, 4, "4 to 6"), (0, 3, "at least 3"), (0, 0, "at least 0")]
+)
+def test_a_set_that_was_not_found_in_time_is_not_said_to_exist(reached, least, fewest):
+    row = {"subject": "a", "enough": 0.9, "found exactly": reached, "least": least}
+    assert view_sets([{**row, "entropy": 7, "area": 8, "divergence": 9}]).splitlines()[-1] == (
+        f"| a | 90 % | 7 | 8 | 9 | {fewest} |"
+    )
 
 
 def test_it_can_be_stopped(public, tmp_path, monkeypatch):
