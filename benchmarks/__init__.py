@@ -1,1 +1,1 @@
-"""What measures tracer and is not part of it: run with ``python -m benchmarks.NAME`` from a checkout."""
+"""What measures tracer and is not part of it: ``python -m benchmarks NAME -o FOLDER``, from a checkout."""

@@ -4,6 +4,8 @@ import contextlib
 import ctypes
 import os
 import resource
+import sys
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
@@ -13,6 +15,7 @@ import tracer
 settings.register_profile("same_every_time", derandomize=True, deadline=None)  # a machine may be slow
 settings.load_profile("same_every_time")
 tracer.activate("llvm_ad_rgb")
+sys.path.append(str(Path(__file__).parents[1]))  # for benchmarks, which are not installed; behind tracer, which is
 
 import mitsuba as mi  # noqa: E402
 

@@ -1,11 +1,10 @@
 """The house stands on its floors: nothing imports from a higher one, and no rooms stand on one another in a circle."""
 
 import ast
+from functools import cache
 from pathlib import Path
 
-import tracer
-
-ROOT = Path(tracer.__file__).parent
+ROOT = Path(__file__).parents[1] / "tracer"
 FLOORS = [
     ["errors"],
     ["core"],
@@ -34,16 +33,24 @@ def room(module):
     return module.split(".")[1]
 
 
+@cache
 def imports():
-    """Yield who imports what: (module, module), as far as both are of tracer."""
+    """Return who imports what: (module, module or name), of all that is installed."""
+    found = []
     folders = [(ROOT, "tracer"), (ROOT.parent / "plugins", "tracer.plugins")]
     for folder, package in folders:
         for path in sorted(folder.rglob("*.py")):
             module = ".".join((package, *path.relative_to(folder).with_suffix("").parts)).removesuffix(".__init__")
             for node in ast.walk(ast.parse(path.read_text())):
-                if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "tracer":
-                    for alias in node.names:
-                        yield module, f"{node.module}.{alias.name}"
+                found += [(module, name) for name in names_imported_by(node)]
+    return found
+
+
+def names_imported_by(node):
+    """Return the modules, or names in modules, that a statement imports."""
+    if isinstance(node, ast.ImportFrom):
+        return [f"{node.module}.{alias.name}" for alias in node.names]
+    return [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
 
 
 def test_every_room_has_a_floor():
@@ -56,9 +63,14 @@ def test_nothing_imports_from_a_higher_floor_or_from_another_room_of_its_own():
     upwards = [
         f"{importer} imports {imported}"
         for importer, imported in imports()
-        if importer not in ("tracer", "tracer.__main__")
+        if imported.startswith("tracer.")
+        and importer not in ("tracer", "tracer.__main__")
         and room(imported) in height
         and room(importer) != room(imported)
         and height[room(importer)] <= height[room(imported)]
     ]
     assert not upwards
+
+
+def test_nothing_that_is_installed_imports_what_measures_it():
+    assert not [(importer, name) for importer, name in imports() if name.split(".")[0] == "benchmarks"]

@@ -216,13 +216,11 @@ def test_several_budgets_may_follow_one_option():
     assert repeat_option(["--spp", "16", "7.xml"], "--spp") == ["--spp", "16", "7.xml"]
 
 
-VIEWS = ("measure", "map", "best", "tour", "cover", "report")
+VIEWS = ("measure", "map", "best", "tour", "cover")
 COMMANDS = [
     ["render"],
     ["merge"],
     ["radiosity"],
-    ["radiosity-report"],
-    ["production-report"],
     ["compare"],
     ["study"],
     ["score"],

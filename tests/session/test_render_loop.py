@@ -12,8 +12,7 @@ from tracer import criteria
 from tracer.errors import SettingsError
 from tracer.result import empty_pixels
 from tracer.scene.view import open_scene
-from tracer.session.develop import finish
-from tracer.session.render import begun, render_request
+from tracer.session.render import begun, complete, render_request
 from tracer.session.request import Request
 
 ALL = ["face_entropy", "fused", "shape_entropy", "uniform", "variance"]
@@ -177,8 +176,7 @@ def test_a_stopped_unbiased_picture_has_no_holes(cornell, monkeypatch):
         request = Request(view, {"spp": 64, "unbiased": True}, progress=lambda now: now.done < 0.3 * now.total)
         with begun(request, view) as rendering:
             rendering.drawer.pass_size = 1000
-            rendering.run()
-            result = finish(rendering, features=False, denoise=False)
+            result = complete(rendering, request)
     assert not result.report.complete
     assert result.samples.min() >= 4
     assert "Not unbiased" in " ".join(result.report.notes)

@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from zipfile import ZipFile
 
 import pytest
 
@@ -17,6 +18,9 @@ ROOT = Path(__file__).parents[2]
 def test_wheel_runs_the_demo_outside_the_checkout(tmp_path):
     subprocess.run([sys.executable, "-m", "build", "--wheel", "--outdir", str(tmp_path), str(ROOT)], check=True)
     (wheel,) = tmp_path.glob("mitsuba_tracer-*.whl")
+    with ZipFile(wheel) as installed:
+        folders = {name.split("/")[0] for name in installed.namelist()}
+    assert {folder for folder in folders if not folder.endswith(".dist-info")} == {"tracer"}
     environment = tmp_path / "venv"
     subprocess.run([sys.executable, "-m", "venv", str(environment)], check=True)
     folder = tmp_path / "elsewhere"

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable
 
 from tracer.cli.guard import guarded
 from tracer.errors import TracerError
@@ -23,13 +24,19 @@ def main() -> None:
 
 
 def run() -> None:
-    """Run the program; a person's mistake is one sentence on standard error and an exit code."""
-    from tracer.cli import signals
+    """Run the program."""
     from tracer.cli.app import app
+
+    in_one_sentence(lambda: app(args=repeat_option(sys.argv[1:], "--spp")))
+
+
+def in_one_sentence(work: Callable[[], None]) -> None:
+    """Run ``work``; a person's mistake is one sentence on standard error and an exit code."""
+    from tracer.cli import signals
 
     try:
         with signals.interrupting():
-            app(args=repeat_option(sys.argv[1:], "--spp"))
+            work()
     except TracerError as error:
         sys.stderr.write(f"tracer: {error}\n")
         sys.exit(error.exit_code)

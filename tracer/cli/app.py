@@ -9,14 +9,11 @@ from typing import Any
 import typer
 
 from tracer.cli import (
-    cluster_report,
     compare,
     demo,
     info,
     merge,
-    production_report,
     radiosity,
-    radiosity_report,
     render,
     score,
     study,
@@ -49,9 +46,6 @@ COMMANDS = (
     render.render,
     merge.merge,
     radiosity.radiosity,
-    radiosity_report.radiosity_report,
-    production_report.production_report,
-    cluster_report.cluster_report,
     compare.compare,
     study.study,
     score.score,

@@ -50,11 +50,7 @@ def render_request(request: Request) -> Result:
     scene_hash = scene_hash_of(request)
     drawer_for = None if request.workers is None else request.workers(request, scene_hash)
     with opened(request) as view, begun(request, view, scene_hash, drawer_for, started) as rendering:
-        try:
-            rendering.run()
-            result = finish(rendering, request.features, request.denoise)
-        except ClusterError as error:
-            raise type(error)(f"{error} {rendering.what_is_kept()}") from None
+        result = complete(rendering, request)
     if request.picture is not None:
         write_picture(request.picture, result, scene_hash, rendering.keeper)
     return result
@@ -115,6 +111,15 @@ def begun(
             )
         reporter = ProgressReporter(request.progress, schedule, recorder)
         yield Rendering(view, state, planner, drawer, schedule, keeper, reporter, recorder)
+
+
+def complete(rendering: Rendering, request: Request) -> Result:
+    """Run a render that has begun to its end. Raises ClusterError, which says what is kept, if workers fail."""
+    try:
+        rendering.run()
+        return finish(rendering, request.features, request.denoise)
+    except ClusterError as error:
+        raise type(error)(f"{error} {rendering.what_is_kept()}") from None
 
 
 def settings_of(request: Request, view: View) -> tuple[Settings, str]:

@@ -80,10 +80,11 @@ def measured(plan: Plan) -> str:
     return "relMSE" if relative else "error (each method's own)"
 
 
-def markdown_table(headings: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
-    """Return a Markdown table."""
+def markdown_table(headings: Sequence[str], lines: Sequence[Sequence[str]], right_aligned: bool = False) -> str:
+    """Return a Markdown table; ``right_aligned``: all columns but the first."""
     head, *rows = ("| " + " | ".join(cells) + " |" for cells in (headings, *lines))
-    return "\n".join([head, "|" + "---|" * len(headings), *rows]) + "\n"
+    rule = "| --- |" + " ---: |" * (len(headings) - 1) if right_aligned else "|" + "---|" * len(headings)
+    return "\n".join([head, rule, *rows]) + "\n"
 
 
 def markdown(results: Results) -> str:

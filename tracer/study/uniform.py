@@ -5,8 +5,7 @@ from __future__ import annotations
 from tracer.film.estimate import Statistics
 from tracer.result import Result
 from tracer.scene.view import View
-from tracer.session.develop import finish
-from tracer.session.render import begun
+from tracer.session.render import begun, complete
 from tracer.session.request import Request
 from tracer.settings import make_settings
 
@@ -14,6 +13,6 @@ from tracer.settings import make_settings
 def render_uniform(view: View, spp: int, seed: int) -> tuple[Result, Statistics]:
     """Return a picture of ``spp`` samples a pixel, and the statistics of the samples of each pixel (grid)."""
     settings = make_settings(spp=spp, seed=seed, criterion="uniform")
-    with begun(Request(view, settings), view) as rendering:
-        rendering.run()
-        return finish(rendering, features=False, denoise=False), rendering.state.estimate.statistics()
+    request = Request(view, settings)
+    with begun(request, view) as rendering:
+        return complete(rendering, request), rendering.state.estimate.statistics()

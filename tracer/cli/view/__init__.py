@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import typer
 
-from tracer.cli.view import best, complexity_map, cover, measure, report, tour
+from tracer.cli.view import best, complexity_map, cover, measure, tour
 
 app = typer.Typer(help="Find good views of a scene, mesh or molecule.", no_args_is_help=True)
 COMMANDS: dict[str, Callable[..., None]] = {
@@ -15,5 +15,4 @@ COMMANDS: dict[str, Callable[..., None]] = {
     "best": best.best,
     "tour": tour.tour,
     "cover": cover.cover,
-    "report": report.report,
 }

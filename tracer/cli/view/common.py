@@ -15,10 +15,9 @@ import typer
 from tracer.cli import options
 
 if TYPE_CHECKING:
-    from tracer.viewpoint.reports.context import Desk
+    from tracer.viewpoint.reports.context import ViewContext
 
 Three = tuple[float, float, float]
-Output = Annotated[Path, typer.Option("--output", "-o", help="Folder for pictures, cameras, tables.")]
 Measure = Annotated[str, typer.Option("--measure", "-m", help="By which a view is good; see tracer view measure.")]
 Level = Annotated[int, typer.Option(help="Viewpoints: 10 * 4^level + 2.", min=0, max=5)]
 
@@ -33,7 +32,7 @@ class ViewOptions:
             help="Scene (XML), mesh (PLY, OBJ) or molecule (XYZ, CIF, mmCIF, PDB, CML).", show_default=False
         ),
     ]
-    output: Output
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for pictures, cameras, tables.")]
     surfaces: Annotated[
         str | None,
         typer.Option(help="What counts as a surface: face, shape or bsdf. Of a molecule: its atoms. (face)"),
@@ -90,7 +89,7 @@ def with_view_options(*left_out: str) -> Callable[[Callable[..., None]], Callabl
 
 
 @contextmanager
-def view_context(chosen: ViewOptions, results: tuple[str, ...]) -> Iterator[Desk]:
+def view_context(chosen: ViewOptions, results: tuple[str, ...]) -> Iterator[ViewContext]:
     """Check the output, open the source, and yield where everything is laid out, with a progress bar.
 
     ``results``: names of the files that will be written.
@@ -112,7 +111,7 @@ def view_context(chosen: ViewOptions, results: tuple[str, ...]) -> Iterator[Desk
     from tracer.viewpoint.direction_measure import stand
     from tracer.viewpoint.item_buffer import Rays
     from tracer.viewpoint.rendered import require_light
-    from tracer.viewpoint.reports.context import Desk
+    from tracer.viewpoint.reports.context import ViewContext
     from tracer.viewpoint.source import Crystal, open_source
 
     opened = open_source(chosen.source, chosen.surfaces, Crystal(chosen.repeat, chosen.cut, chosen.atom_radius))
@@ -126,7 +125,7 @@ def view_context(chosen: ViewOptions, results: tuple[str, ...]) -> Iterator[Desk
     try:
         with steps(chosen.quiet) as told:
             rays = Rays(random=chosen.random) if chosen.random else Rays(side=chosen.side)
-            yield Desk(opened, place, rays, chosen.background, chosen.output, told, chosen.spp)
+            yield ViewContext(opened, place, rays, chosen.background, chosen.output, told, chosen.spp)
     finally:
         if new and chosen.output.is_dir() and not any(chosen.output.iterdir()):
             chosen.output.rmdir()  # nothing came of it

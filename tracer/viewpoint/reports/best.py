@@ -13,7 +13,7 @@ from tracer.errors import SceneError
 from tracer.io import atomic, exr
 from tracer.viewpoint import measures, plots
 from tracer.viewpoint.camera import write_sensors
-from tracer.viewpoint.reports.context import Desk, name_direction, number, require_sight
+from tracer.viewpoint.reports.context import ViewContext, name_direction, number, require_sight
 from tracer.viewpoint.search import Found, exhaustive_search, paper_search
 
 FILES = ("best.png", "sphere.png", "camera.xml", "best.json")
@@ -26,7 +26,7 @@ PICTURE = 512
 
 
 def best(
-    desk: Desk, name: str, searches: list[Search], level: int, good: measures.Best | None = None
+    context: ViewContext, name: str, searches: list[Search], level: int, good: measures.Best | None = None
 ) -> list[list[str]]:
     """Write ``FILES``, for the best view of any search, and return the lines of the table under ``HEADINGS``.
 
@@ -34,47 +34,49 @@ def best(
     """
     found: dict[Search, Found] = {}
     lines = []
-    gauge = desk.gauge(name, good)
+    gauge = context.gauge(name, good)
     for k, search in enumerate(searches):
-        desk.say(f"{search} search", k, len(searches) + 1)
+        context.say(f"{search} search", k, len(searches) + 1)
         start, before = time.perf_counter(), gauge.evaluations
 
         def value(directions: np.ndarray, done: int = k) -> np.ndarray:
-            gauge.progress = lambda *_: desk.say(f"{searches[done]} search", done, len(searches) + 1)
+            gauge.progress = lambda *_: context.say(f"{searches[done]} search", done, len(searches) + 1)
             return gauge.better(directions)
 
         if search == "exhaustive":
-            found[search] = exhaustive_search(value, level, desk.opened.axes)
+            found[search] = exhaustive_search(value, level, context.opened.axes)
         else:
             found[search] = paper_search(value, all_octants=search == "octants")
         one = found[search]
         seconds = time.perf_counter() - start
         shown = number(gauge.sign * one.value)
-        place = name_direction(one.direction, desk.stand.up)
+        place = name_direction(one.direction, context.stand.up)
         lines.append([search, place, shown, str(gauge.evaluations - before), f"{seconds:.2f}"])
     winner = max(found.values(), key=lambda one: one.value)
     require_sight(gauge.sighted)
     if not np.isfinite(winner.value):
         raise SceneError(f"No view that was tried has a finite {name}; choose another measure, or the other searches.")
-    desk.say("pictures", len(searches), len(searches) + 1)
+    context.say("pictures", len(searches), len(searches) + 1)
     directions, triangles = icosphere(SPHERE_LEVEL)
     values = gauge(directions)
     marks: dict[str, np.ndarray] = {search: one.direction for search, one in found.items()}
     way = np.array([place for place, _ in found[searches[0]].steps])
-    plots.sphere_plot(desk.folder / "sphere.png", [name], directions, triangles, [values], desk.stand.up, way, [marks])
-    view = desk.stand.viewpoints(winner.direction[None])
-    exr.write_png(desk.folder / "best.png", desk.pictures(view, PICTURE)[0])
-    write_sensors(desk.folder / "camera.xml", view, desk.stand.lens, clip=desk.stand.clip)
+    plots.sphere_plot(
+        context.folder / "sphere.png", [name], directions, triangles, [values], context.stand.up, way, [marks]
+    )
+    view = context.stand.viewpoints(winner.direction[None])
+    exr.write_png(context.folder / "best.png", context.pictures(view, PICTURE)[0])
+    write_sensors(context.folder / "camera.xml", view, context.stand.lens, clip=context.stand.clip)
     report = {
         "measure": name,
         "good": "most" if gauge.sign > 0 else "least",
         "direction": winner.direction.tolist(),
         "eye": view.eyes[0].tolist(),
-        "target": desk.stand.centre.tolist(),
+        "target": context.stand.centre.tolist(),
         "up": view.up[0].tolist(),
         "value": gauge.sign * winner.value,
         "stderr": float(gauge.estimate(view).stderr[0]) if gauge.estimated else None,
         "searches": [dict(zip(HEADINGS, line, strict=True)) for line in lines],
     }
-    atomic.write_text(desk.folder / "best.json", json.dumps(report, indent=1) + "\n")
+    atomic.write_text(context.folder / "best.json", json.dumps(report, indent=1) + "\n")
     return lines

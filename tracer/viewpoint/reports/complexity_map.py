@@ -17,7 +17,7 @@ from tracer.viewpoint.item_buffer import Viewpoints
 from tracer.viewpoint.lens import Lens, Orthographic
 from tracer.viewpoint.own_camera import own_camera
 from tracer.viewpoint.regions import Regions, look_through_blocks, look_through_triangles
-from tracer.viewpoint.reports.context import Desk, csv, number
+from tracer.viewpoint.reports.context import ViewContext, csv, number
 from tracer.viewpoint.survey import survey
 
 FILES = ("map.png", "blocks.csv", "triangles.csv")
@@ -30,12 +30,12 @@ WIDTH = 960
 """Of the picture beside the map."""
 
 
-def view_from(desk: Desk, sensor: int, eye: tuple[float, float, float] | None) -> tuple[Viewpoints, Lens]:
-    """Return the view, and its lens, of a camera of the scene, or from ``eye`` at the desk's centre.
+def view_from(context: ViewContext, sensor: int, eye: tuple[float, float, float] | None) -> tuple[Viewpoints, Lens]:
+    """Return the view, and its lens, of a camera of the scene, or from ``eye`` at the context's centre.
 
     Raises SceneError without a camera, SettingsError for an eye at the centre.
     """
-    subject, centre = desk.opened.subject, desk.stand.centre
+    subject, centre = context.opened.subject, context.stand.centre
     if eye is None:
         if not subject.scene.sensors():
             raise SceneError("There is no camera to look through; say from where to look with --from X Y Z.")
@@ -45,37 +45,37 @@ def view_from(desk: Desk, sensor: int, eye: tuple[float, float, float] | None) -
     distance = float(np.linalg.norm(outward))
     if distance == 0:
         raise SettingsError("The eye is where it looks at; give another --from, or another --centre.")
-    orthographic = isinstance(desk.stand.lens, Orthographic)
-    place = stand(subject, distance, centre, desk.stand.up, orthographic)
+    orthographic = isinstance(context.stand.lens, Orthographic)
+    place = stand(subject, distance, centre, context.stand.up, orthographic)
     return place.viewpoints(outward[None] / distance), place.lens
 
 
-def complexity_map(desk: Desk, view: Viewpoints, kind: str, blocks: int, level: int) -> list[list[str]]:
+def complexity_map(context: ViewContext, view: Viewpoints, kind: str, blocks: int, level: int) -> list[list[str]]:
     """Write ``FILES`` and return the lines of the table under ``HEADINGS``: measures of the view as a whole.
 
-    ``view`` is one, through the desk's lens. ``kind``: one of ``KINDS``. ``blocks`` across the image, and as many down
+    ``view`` is one, through the lens of ``context``. ``kind``: one of ``KINDS``. ``blocks`` across the image, as many down
     as make them square; ``level``: times that the 8 spherical triangles around the eye are split in four.
     """
-    subject, lens = desk.opened.subject, desk.stand.lens
+    subject, lens = context.opened.subject, context.stand.lens
     down = max(1, round(blocks / lens.aspect))
-    desk.say("blocks", 0, 4)
+    context.say("blocks", 0, 4)
     image = look_through_blocks(subject, view, lens, blocks, down, RAYS)
-    desk.say("triangles", 1, 4)
+    context.say("triangles", 1, 4)
     points, triangles = spherical_triangles(level)
     eyes = np.repeat(view.eyes, len(triangles), axis=0)
     around = look_through_triangles(subject, eyes, points[triangles], RAYS**2)
-    desk.say("pictures", 2, 4)
-    picture = desk.pictures(view, WIDTH)[0]
-    draw(desk.folder / "map.png", picture, image, around, points, triangles, kind, desk.stand.up)
+    context.say("pictures", 2, 4)
+    picture = context.pictures(view, WIDTH)[0]
+    draw(context.folder / "map.png", picture, image, around, points, triangles, kind, context.stand.up)
     rows, columns = np.indices((down, blocks)).reshape(2, -1)
     values = [[*(getattr(image, name).ravel() for name in KINDS)], [*(getattr(around, name) for name in KINDS)]]
     table = zip(rows, columns, *values[0], strict=True)
-    atomic.write_text(desk.folder / "blocks.csv", csv(("row", "column", *KINDS), list(table)))
+    atomic.write_text(context.folder / "blocks.csv", csv(("row", "column", *KINDS), list(table)))
     middles, areas = normalised(points[triangles].sum(axis=1)), solid_angle(*points[triangles].transpose(1, 0, 2))
     table = zip(*middles.T, areas, *values[1], strict=True)
-    atomic.write_text(desk.folder / "triangles.csv", csv(("x", "y", "z", "steradians", *KINDS), list(table)))
-    desk.say("measures", 3, 4)
-    return measured(desk, view, lens)
+    atomic.write_text(context.folder / "triangles.csv", csv(("x", "y", "z", "steradians", *KINDS), list(table)))
+    context.say("measures", 3, 4)
+    return measured(context, view, lens)
 
 
 def spherical_triangles(level: int) -> tuple[Floats, NDArray[np.int64]]:
@@ -86,13 +86,13 @@ def spherical_triangles(level: int) -> tuple[Floats, NDArray[np.int64]]:
     return points, triangles
 
 
-def measured(desk: Desk, view: Viewpoints, lens: Lens) -> list[list[str]]:
+def measured(context: ViewContext, view: Viewpoints, lens: Lens) -> list[list[str]]:
     """Return (name, value) of all measures that one view has by itself."""
-    subject = desk.opened.subject
+    subject = context.opened.subject
     others = {"channel", "neighbours", "saliency", *(() if len(subject.mesh.triangles) else ("vertices",))}
     others |= set() if subject.areas_known else {"areas"}
     names = [name for name in measures.names() if not others & set(measures.get(name).needs)]
-    values = survey(subject, view, lens, desk.rays, names, background=desk.background)
+    values = survey(subject, view, lens, context.rays, names, background=context.background)
     return [[name, number(values[name][0])] for name in names]
 
 

@@ -23,7 +23,7 @@ THUMBNAIL = 220
 
 
 @dataclass(frozen=True)
-class Desk:
+class ViewContext:
     """A subject, where to stand, how to look, and where the results go."""
 
     opened: Opened

@@ -9,7 +9,7 @@ from tracer.io import atomic
 from tracer.viewpoint import plots
 from tracer.viewpoint.camera import write_sensors
 from tracer.viewpoint.cover import Cover, Rule, cover
-from tracer.viewpoint.reports.context import Desk, csv, name_direction, require_sight
+from tracer.viewpoint.reports.context import ViewContext, csv, name_direction, require_sight
 
 FILES = ("views.png", "sphere.png", "views.csv", "cameras.xml")
 HEADINGS = ("view", "from", "shown well")
@@ -17,38 +17,40 @@ ACROSS = 4
 
 
 def cover_report(
-    desk: Desk, level: int, quality: float, rule: Rule, most: int | None, enough: float
+    context: ViewContext, level: int, quality: float, rule: Rule, most: int | None, enough: float
 ) -> tuple[list[list[str]], Cover]:
     """Write ``FILES``; return the lines of the table under ``HEADINGS``, and the set."""
     directions, triangles = icosphere(level)
-    views = desk.stand.viewpoints(directions)
+    views = context.stand.viewpoints(directions)
     found = cover(
-        desk.opened.subject,
+        context.opened.subject,
         views,
-        desk.stand.lens,
-        desk.rays,
+        context.stand.lens,
+        context.rays,
         quality,
         rule,
         most,
         enough,
-        told=lambda count, covered: desk.say(f"{count} views", round(1000 * covered), 1000),
+        told=lambda count, covered: context.say(f"{count} views", round(1000 * covered), 1000),
     )
-    require_sight(len(found.unseen) < desk.opened.subject.count)
+    require_sight(len(found.unseen) < context.opened.subject.count)
     chosen = directions[found.chosen]
-    names = [name_direction(direction, desk.stand.up) for direction in chosen]
+    names = [name_direction(direction, context.stand.up) for direction in chosen]
     shares = [f"{100 * share:.1f} %" for share in found.covered]
     if len(chosen):
         captions = [f"{k + 1}: {name}\n{share}" for k, (name, share) in enumerate(zip(names, shares, strict=True))]
-        plots.sheet(desk.folder / "views.png", desk.pictures(views[found.chosen]), captions, min(ACROSS, len(chosen)))
+        plots.sheet(
+            context.folder / "views.png", context.pictures(views[found.chosen]), captions, min(ACROSS, len(chosen))
+        )
     closeness = (directions @ chosen.T).max(axis=1) if len(chosen) else np.zeros(len(directions))
     marks = {str(k + 1): direction for k, direction in enumerate(chosen)}
     nearest = np.degrees(np.arccos(np.clip(closeness, -1, 1)))
     title = "degrees to the nearest view of the set"
     plots.sphere_plot(
-        desk.folder / "sphere.png", [title], directions, triangles, [nearest], desk.stand.up, marks=[marks]
+        context.folder / "sphere.png", [title], directions, triangles, [nearest], context.stand.up, marks=[marks]
     )
     rows = [[k + 1, *direction, share] for k, (direction, share) in enumerate(zip(chosen, found.covered, strict=True))]
-    atomic.write_text(desk.folder / "views.csv", csv(("view", "x", "y", "z", "shown_well"), rows))
-    write_sensors(desk.folder / "cameras.xml", views[found.chosen], desk.stand.lens, clip=desk.stand.clip)
+    atomic.write_text(context.folder / "views.csv", csv(("view", "x", "y", "z", "shown_well"), rows))
+    write_sensors(context.folder / "cameras.xml", views[found.chosen], context.stand.lens, clip=context.stand.clip)
     lines = [[str(k + 1), name, share] for k, (name, share) in enumerate(zip(names, shares, strict=True))]
     return lines, found

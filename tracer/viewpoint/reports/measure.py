@@ -9,7 +9,7 @@ import numpy as np
 from tracer.core.sphere import icosphere, neighbours
 from tracer.io import atomic
 from tracer.viewpoint import measures, plots
-from tracer.viewpoint.reports.context import Desk, apart, csv, name_direction, number
+from tracer.viewpoint.reports.context import ViewContext, apart, csv, name_direction, number
 from tracer.viewpoint.survey import survey
 
 FILES = ("views.csv", "measures.png", "best_and_worst.png")
@@ -18,24 +18,24 @@ SHOWN = 3
 """Best and worst views of each measure in the sheet."""
 
 
-def measure(desk: Desk, names: Sequence[str], level: int) -> list[list[str]]:
+def measure(context: ViewContext, names: Sequence[str], level: int) -> list[list[str]]:
     """Write ``FILES`` and return the lines of the table under ``HEADINGS``."""
-    subject, stand = desk.opened.subject, desk.stand
+    subject, stand = context.opened.subject, context.stand
     directions, triangles = icosphere(level)
     views = stand.viewpoints(directions)
     values = survey(
         subject,
         views,
         stand.lens,
-        desk.rays,
+        context.rays,
         names,
-        background=desk.background,
+        background=context.background,
         beside=neighbours(triangles),
-        progress=lambda done, total: desk.say("views", done, total),
+        progress=lambda done, total: context.say("views", done, total),
     )
     stderr = {}
-    if desk.rays.random and "entropy" in names:
-        found = desk.gauge("entropy").estimate(views)
+    if context.rays.random and "entropy" in names:
+        found = context.gauge("entropy").estimate(views)
         values["entropy"], stderr["entropy_stderr"] = found.entropy, found.stderr
     lines, marks, chosen, captions = [], [], [], []
     for name in names:
@@ -55,9 +55,9 @@ def measure(desk: Desk, names: Sequence[str], level: int) -> list[list[str]]:
         captions += [
             f"{name}\n{'best' if k < SHOWN else 'worst'} {values[name][view]:.4g}" for k, view in enumerate(picked)
         ]
-    desk.say("pictures", 0, 2)
+    context.say("pictures", 0, 2)
     plots.sphere_plot(
-        desk.folder / "measures.png",
+        context.folder / "measures.png",
         [f"{name} (good: {measures.get(name).best})" for name in names],
         directions,
         triangles,
@@ -65,11 +65,11 @@ def measure(desk: Desk, names: Sequence[str], level: int) -> list[list[str]]:
         stand.up,
         marks=marks,
     )
-    desk.say("pictures", 1, 2)
+    context.say("pictures", 1, 2)
     unique = sorted(set(chosen))
-    pictures = dict(zip(unique, desk.pictures(views[np.array(unique)]), strict=True))
-    plots.sheet(desk.folder / "best_and_worst.png", [pictures[k] for k in chosen], captions, 2 * SHOWN)
+    pictures = dict(zip(unique, context.pictures(views[np.array(unique)]), strict=True))
+    plots.sheet(context.folder / "best_and_worst.png", [pictures[k] for k in chosen], captions, 2 * SHOWN)
     columns = {name: values[name] for name in names} | stderr
     rows = [[*directions[k], *(column[k] for column in columns.values())] for k in range(len(directions))]
-    atomic.write_text(desk.folder / "views.csv", csv(("x", "y", "z", *columns), rows))
+    atomic.write_text(context.folder / "views.csv", csv(("x", "y", "z", *columns), rows))
     return lines

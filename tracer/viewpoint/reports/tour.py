@@ -14,7 +14,7 @@ from tracer.io import atomic, exr
 from tracer.viewpoint import plots
 from tracer.viewpoint.camera import write_sensors
 from tracer.viewpoint.direction_measure import Gauge
-from tracer.viewpoint.reports.context import Desk, csv, name_direction, number, require_sight
+from tracer.viewpoint.reports.context import ViewContext, csv, name_direction, number, require_sight
 from tracer.viewpoint.search import exhaustive_search
 from tracer.viewpoint.tour import carried, explore, smooth
 
@@ -24,23 +24,23 @@ LEVEL = 2
 FRAMES_PER_SECOND = 25
 
 
-def tour(desk: Desk, name: str, steps: int, step: float, frames: int, size: int) -> list[list[str]]:
+def tour(context: ViewContext, name: str, steps: int, step: float, frames: int, size: int) -> list[list[str]]:
     """Write ``FILES`` and ``frame0000.png`` ...; return the lines of the table under ``HEADINGS``.
 
     ``steps`` of ``step`` degrees from the best view; ``frames`` pictures of ``size`` pixels in all.
     """
     require_film_maker()
-    gauge = desk.gauge(name)
+    gauge = context.gauge(name)
     directions, triangles = icosphere(LEVEL)
-    desk.say("best view", 0, 1)
+    context.say("best view", 0, 1)
     values = gauge(directions)
     require_sight(gauge.sighted)
     good = goodness(gauge, values)
-    start = exhaustive_search(good, LEVEL, desk.opened.axes).direction
+    start = exhaustive_search(good, LEVEL, context.opened.axes).direction
     found = explore(good, start, steps, np.radians(step))
-    up = desk.stand.up
+    up = context.stand.up
     plots.sphere_plot(
-        desk.folder / "path.png",
+        context.folder / "path.png",
         [f"{name}: {steps} steps of {step:g}°"],
         directions,
         triangles,
@@ -49,23 +49,23 @@ def tour(desk: Desk, name: str, steps: int, step: float, frames: int, size: int)
         smooth(found.directions, 12 * steps + 1),
         [{"start": found.directions[0], "end": found.directions[-1]}],
     )
-    film = carried(desk.stand.centre, desk.stand.distance, smooth(found.directions, frames), up)
+    film = carried(context.stand.centre, context.stand.distance, smooth(found.directions, frames), up)
     pictures = []
     for k in range(frames):
-        desk.say("frames", k, frames)
-        picture = desk.pictures(film[k : k + 1], size)[0]
-        exr.write_png(desk.folder / f"frame{k:04d}.png", picture)
+        context.say("frames", k, frames)
+        picture = context.pictures(film[k : k + 1], size)[0]
+        exr.write_png(context.folder / f"frame{k:04d}.png", picture)
         pictures.append(np.rint(np.clip(picture, 0, 1) * 255).astype(np.uint8))
-    write_film(desk.folder / "tour.webp", pictures)
-    for old in desk.folder.glob("frame[0-9][0-9][0-9][0-9].png"):
+    write_film(context.folder / "tour.webp", pictures)
+    for old in context.folder.glob("frame[0-9][0-9][0-9][0-9].png"):
         if int(old.stem[5:]) >= frames:
             old.unlink()  # of a longer tour that was here before
-    write_sensors(desk.folder / "cameras.xml", film, desk.stand.lens, size, desk.stand.clip)
+    write_sensors(context.folder / "cameras.xml", film, context.stand.lens, size, context.stand.clip)
     shown = gauge(found.directions)
     far = np.degrees(angle(found.directions, found.directions[0]))
     table = list(zip(found.directions, shown, found.weights, far, strict=True))
     rows = [[k, *place, value, weight, distance] for k, (place, value, weight, distance) in enumerate(table)]
-    atomic.write_text(desk.folder / "path.csv", csv(("step", "x", "y", "z", "value", "weight", "degrees"), rows))
+    atomic.write_text(context.folder / "path.csv", csv(("step", "x", "y", "z", "value", "weight", "degrees"), rows))
     return [
         [str(k), name_direction(place, up), number(value), number(weight), f"{distance:.0f}°"]
         for k, (place, value, weight, distance) in enumerate(table)

@@ -1,0 +1,89 @@
+"""``python -m benchmarks NAME -o FOLDER``, from a checkout: measure tracer, and write what was found."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from tracer.cli import in_one_sentence, options
+from tracer.cli.app import after_check
+from tracer.cli.guard import guarded
+from tracer.errors import SceneError, SettingsError
+
+ABOUT = {
+    "bias": "How far the mean of adaptive pictures is off. 15 minutes.",
+    "cluster": "Workers against one process, a model of more. 10 minutes.",
+    "production": "Noise targets, limits of time, checkpoints. 30 minutes.",
+    "radiosity": "Guided rays against even ones and paths. 30 minutes.",
+    "viewpoint": "Measures of views, searches, fast estimates. 10 minutes.",
+}
+"""What each benchmark measures, and how long that takes on two cores."""
+Output = Annotated[Path, typer.Option("--output", "-o", help="Folder to write to.", show_default=False)]
+Public = Annotated[Path, typer.Argument(help="Folder with the folders meshes and molecules.", show_default=False)]
+
+
+class Reports(TyperGroup):
+    """Commands of which an unknown one is a mistake in one sentence."""
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """Return a command. Raises SettingsError."""
+        if cmd_name not in self.commands:
+            raise SettingsError(f"There is no benchmark '{cmd_name}'; there are: {', '.join(self.commands)}.")
+        return super().get_command(ctx, cmd_name)
+
+
+app = typer.Typer(
+    cls=Reports,
+    help="Measure tracer, and write tables, figures and numbers to a folder. The minutes are those of two cores.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+def perform(name: str, output: Path, overwrite: bool, quiet: bool, *more: Any) -> None:
+    """Write a report, with a progress bar; ``more`` is what it needs beyond the folder. Raises TracerError."""
+    from tracer.cli.progress import steps
+    from tracer.core import backend
+    from tracer.io.atomic import prepare_folder
+
+    backend.activate()
+    report = importlib.import_module(f"benchmarks.{name}.report")
+    prepare_folder(output, overwrite, report.FILES)
+    with steps(quiet) as progress:
+        report.report(output, progress, *more)
+    if not quiet:
+        typer.echo(f"{output / 'results.md'} has everything.")
+
+
+def command(name: str) -> Callable[..., None]:
+    """Return the command of a benchmark that needs nothing but a folder to write to."""
+
+    def benchmark(output: Output, overwrite: options.Overwrite = False, quiet: options.Quiet = False) -> None:
+        perform(name, output, overwrite, quiet)
+
+    return benchmark
+
+
+def viewpoint(
+    public: Public, output: Output, overwrite: options.Overwrite = False, quiet: options.Quiet = False
+) -> None:
+    """Measure views of what is in a folder."""
+    for folder in ("meshes", "molecules"):
+        if not (public / folder).is_dir():
+            raise SceneError(f"There is no folder '{public / folder}'; name the folder that has it.")
+    perform("viewpoint", output, overwrite, quiet, public)
+
+
+for name, about in ABOUT.items():
+    app.command(name, help=about)(after_check(viewpoint if name == "viewpoint" else command(name)))
+
+
+if __name__ == "__main__":
+    guarded(lambda: in_one_sentence(app))

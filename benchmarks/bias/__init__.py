@@ -1,0 +1,1 @@
+"""How far the mean of adaptive pictures is off."""

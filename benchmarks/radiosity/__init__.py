@@ -1,0 +1,1 @@
+"""What guided rays are worth in radiosity."""

@@ -1,0 +1,94 @@
+"""Curves of convergence, and pictures from as many rays both ways (the paper, figures 11 and 12)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+from matplotlib.axes import Axes
+
+from benchmarks import harness
+from benchmarks.radiosity.convergence import METHODS, Curve, Method, Place, gathered
+from tracer.core.arrays import Floats
+from tracer.core.device import upload
+from tracer.image.colour import encode_srgb
+
+SHOWN = ("evenly", "each for itself, strata", "distinct, strata", "distinct, warp", "entropy, warp", "deviation, warp")
+FEW = 256
+
+
+def draw_curves(curves: list[Curve], path: Path) -> None:
+    """Draw error against rays and against time, for every scene, with the range over seeds."""
+    scenes = list(dict.fromkeys(curve.scene for curve in curves))
+    with harness.figure(path, 3.2 * len(scenes), 6.4, dpi=90) as figure:
+        axes = figure.subplots(2, len(scenes), squeeze=False)
+        for column, scene in enumerate(scenes):
+            for name in SHOWN:
+                shown = [curve for curve in curves if curve.scene == scene and curve.method == name]
+                draw_errors(axes[0, column], "rays a point", [curve.traced for curve in shown], shown)
+                draw_errors(axes[1, column], "seconds", [curve.seconds for curve in shown], shown)
+            axes[0, column].set_title(scene)
+        axes[0, 0].set_ylabel("relative error")
+        axes[1, 0].set_ylabel("relative error")
+        axes[0, 0].legend(fontsize=7)
+
+
+def draw_errors(axis: Axes, label: str, along: list[float], curves: list[Curve]) -> None:
+    """Draw the mean error of one method over seeds, and its range, ``along`` what it costs."""
+    name = curves[0].method
+    errors = np.sqrt(np.array([curve.errors for curve in curves]))
+    style: dict[str, Any] = {"color": "black", "linestyle": "--"} if name == "evenly" else {}
+    axis.loglog(along, errors.mean(axis=1), marker=".", label=name, **style)
+    axis.fill_between(along, errors.min(axis=1), errors.max(axis=1), alpha=0.2, lw=0, color=style.get("color"))
+    axis.set_xlabel(label)
+
+
+def draw_both(place: Place, name: str, path: Path) -> None:
+    """Draw patches lit by few rays spread evenly, by as many that are guided, and by many."""
+    with harness.figure(path, 13, 4.8, dpi=80) as figure:
+        axes = figure.subplots(1, 3)
+        truth = lit(place, place.truth)
+        for axis, method in zip(axes, ("evenly", name), strict=False):
+            result = gathered(place, method_named(method), FEW, 0)
+            assert result is not None
+            error = float(np.sqrt(np.mean((result.irradiance - place.truth) ** 2)) / place.truth.mean())
+            axis.imshow(toned(picture(place, lit(place, result.irradiance)), truth))
+            axis.set_title(f"{method}: {result.rays:.0f} rays a patch, error {error:.3f}")
+        axes[2].imshow(toned(picture(place, truth), truth))
+        axes[2].set_title("many rays")
+        for axis in axes:
+            axis.set_axis_off()
+
+
+def method_named(name: str) -> Method:
+    """Return one of the methods."""
+    return next(method for method in METHODS if method.name == name)
+
+
+def lit(place: Place, irradiance: Floats) -> Floats:
+    """Return the radiosity (P, 3) of patches from the irradiance of those that emit nothing."""
+    radiosity = place.patches.emitted.copy()
+    dark = place.patches.emitted.max(axis=1) == 0
+    radiosity[dark] = place.patches.albedo[dark] * irradiance
+    return radiosity
+
+
+def picture(place: Place, radiosity: Floats) -> Floats:
+    """Return what the scene's camera sees of patches (H, W, 3)."""
+    sensor = place.example.scene.sensors()[0]
+    width, height = sensor.film().size()
+    side = 4
+    across, down = ((np.arange(count * side) + 0.5) / (count * side) for count in (width, height))
+    x, y = (upload(mi.Float, grid) for grid in np.meshgrid(across, down))
+    ray, _ = sensor.sample_ray(0, 0.5, mi.Point2f(x, y), mi.Point2f(0.5, 0.5))
+    _, radiance = place.patches.see(radiosity)(mi.Ray3f(ray.o, ray.d))
+    seen: Floats = np.array(radiance, np.float64).T.reshape(height, side, width, side, 3).mean(axis=(1, 3))
+    return seen
+
+
+def toned(seen: Floats, truth: Floats) -> Floats:
+    """Return a picture for the screen, as bright for one as for the other."""
+    exposure = 0.12 * np.pi / max(float(np.median(truth[truth > 0])), 1e-30)
+    return np.clip(encode_srgb(seen * exposure), 0, 1)

@@ -1,0 +1,200 @@
+"""All that is claimed of radiosity, measured and drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from benchmarks import harness
+from benchmarks.radiosity import ablations, convergence, figures, solutions
+from benchmarks.radiosity.convergence import Curve
+from benchmarks.radiosity.scenes import examples
+from tracer.progress import StepCallback
+from tracer.study.gains import Interval
+from tracer.study.tables import bounds, markdown_table
+
+FIGURES = ("convergence.png", "figure_11.png", "figure_12.png")
+FILES = (harness.PAGE, harness.NUMBERS, *FIGURES)
+CORNELL, SHOWN = "Cornell box", "chandelier"
+SOLVED = ("chandelier", "cove", "foliage")
+"""Scenes of which whole solutions and pictures are made."""
+MIDDLE = 256
+"""Rays a point of the tables that show all methods."""
+BEST = "deviation, warp"
+
+Rows = list[dict[str, Any]]
+
+
+def report(folder: Path, progress: StepCallback) -> None:
+    """Measure everything, and write ``FILES``. Raises KeyboardInterrupt if ``progress`` stops it."""
+    scenes = examples()
+    announce = harness.StepCounter(
+        progress,
+        len(scenes) * (1 + convergence.step_count() + ablations.step_count())
+        + sum(example.name in SOLVED for example in scenes) * solutions.step_count()
+        + solutions.cornell_step_count(),
+    )
+    curves: list[Curve] = []
+    uses: Rows = []
+    whole: Rows = []
+    pictures: Rows = []
+    for example in scenes:
+        announce(f"{example.name}, truth")
+        place = convergence.prepare(example)
+        curves += convergence.measure(place, announce)
+        uses += ablations.uses(place, announce)
+        if example.name == SHOWN:
+            figures.draw_both(place, "deviation, warp", folder / "figure_11.png")
+            figures.draw_both(place, "distinct, warp", folder / "figure_12.png")
+        if example.name in SOLVED:
+            whole += solutions.solutions(example, announce)
+            pictures.append(solutions.pictures(example, announce))
+    cornell = next(example for example in scenes if example.name == CORNELL)
+    paths = solutions.against_paths(cornell, announce)
+    large = solutions.large(cornell, announce)
+    figures.draw_curves(curves, folder / "convergence.png")
+    numbers = {
+        "seeds": convergence.SEEDS,
+        "curves": [asdict(curve) for curve in curves],
+        "gains": convergence.gains_over_even(curves),
+        "uses": uses,
+        "solutions": whole,
+        "pictures": pictures,
+        "paths": paths,
+        "large": large,
+    }
+    harness.write(folder, numbers, to_page(numbers))
+
+
+def to_page(numbers: dict[str, Any]) -> str:
+    """Return the results as Markdown."""
+    gains, seeds = numbers["gains"], numbers["seeds"]
+    introduction = f"""
+{harness.written_by("radiosity")}. A gain is a mean squared error of evenly spread rays over that of guided ones:
+more than 1 is better. Rays that looked are counted. Intervals are of 95 % over {seeds} seeds (of the logarithm,
+Student). Points are all patches that do not emit; what they see is a solution with 512 rays a patch. Complexity is that
+of the faces that are seen. Methods take turns, and time is compared at the same number of rays."""
+    sections = {
+        f"Gain at {MIDDLE} rays": gain_table(gains, "equal_rays"),
+        f"Gain in the time of {MIDDLE} rays": gain_table(gains, "equal_time"),
+        f"Gain of {BEST}, at equal rays / time": f"""
+{best_table(gains)}
+![Error against rays and time](convergence.png)""",
+        f"Which use is best, at {MIDDLE} rays": f"""
+Gain at equal rays over {ablations.SEEDS} seeds. Floor 0.5, depth 2 and looks 1/16 unless it says otherwise. \
+Everything is guided
+but in the last row.
+
+{ablation_table(numbers["uses"], scenes_of(gains))}""",
+        f"Whole solutions, {solutions.RAYS} rays a patch": solution_table(numbers["solutions"]),
+        f"Final gathers, {solutions.SPP} samples a pixel": picture_table(numbers["pictures"]),
+        "Against the path tracer, in the Cornell box": f"""
+Mean absolute difference of pictures from 2048 paths a pixel, over their mean; and the ratio of the means.
+
+{path_table(numbers["paths"])}""",
+        "Many patches": large_table(numbers["large"]),
+        "As many rays, both ways": """
+As in figure 11 of the paper, with radiance as the guide:
+
+![Figure 11](figure_11.png)
+
+As in figure 12, with the number of faces that a few rays see:
+
+![Figure 12](figure_12.png)""",
+    }
+    return harness.page("Radiosity", introduction, sections)
+
+
+def scenes_of(gains: Rows) -> list[str]:
+    """Return the scenes in the order in which they were measured."""
+    return list(dict.fromkeys(row["scene"] for row in gains))
+
+
+def table(headings: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
+    """Return a table of numbers."""
+    return markdown_table(headings, lines, right_aligned=True)
+
+
+def interval(values: Sequence[float]) -> str:
+    """Return a gain and its interval as text."""
+    return bounds(Interval(*values))
+
+
+def gain_table(gains: Rows, kind: str) -> str:
+    """Return the gains of all methods in all scenes; ``kind``: equal_rays or equal_time."""
+    scenes, methods = scenes_of(gains), dict.fromkeys(row["method"] for row in gains)
+    shown = {(row["method"], row["scene"]): interval(row[kind]) for row in gains if row["rays"] == MIDDLE}
+    return table(
+        ["", *scenes], [[method, *(shown.get((method, scene), "-") for scene in scenes)] for method in methods]
+    )
+
+
+def best_table(gains: Rows) -> str:
+    """Return the gains of the best method by number of rays."""
+    scenes = scenes_of(gains)
+    shown = {
+        (row["rays"], row["scene"]): f"{row['equal_rays'][0]:.2f} / {row['equal_time'][0]:.2f}"
+        for row in gains
+        if row["method"] == BEST
+    }
+    rays = dict.fromkeys(row["rays"] for row in gains)
+    return table(["rays", *scenes], [[str(count), *(shown[count, scene] for scene in scenes)] for count in rays])
+
+
+def ablation_table(uses: Rows, scenes: list[str]) -> str:
+    """Return the gains of all uses in all scenes."""
+    shown = {(row["use"], row["scene"]): f"{row['equal_rays'][0]:.2f}" for row in uses}
+    names = dict.fromkeys(row["use"] for row in uses)
+    return table(["", *scenes], [[name, *(shown.get((name, scene), "-") for scene in scenes)] for name in names])
+
+
+def solution_table(rows: Rows) -> str:
+    """Return gains and seconds of gathering and shooting."""
+    lines = [
+        [
+            f"{row['method']}, {row['scene']}",
+            str(row["patches"]),
+            interval(row["equal_rays"]),
+            *(f"{seconds:.2f}" for seconds in row["seconds"]),
+        ]
+        for row in rows
+    ]
+    return table(["", "patches", "gain", "seconds even", "guided"], lines)
+
+
+def picture_table(rows: Rows) -> str:
+    """Return gains and seconds of final gathers."""
+    lines = [
+        [row["scene"], interval(row["equal_samples"]), *(f"{seconds:.2f}" for seconds in row["seconds"])]
+        for row in rows
+    ]
+    return table(["", "gain", "seconds even", "guided"], lines)
+
+
+def path_table(rows: Rows) -> str:
+    """Return by how much pictures of smaller and smaller patches differ from those of paths."""
+    lines = [
+        [
+            f"{row['size']:g}",
+            str(row["count"]),
+            *(f"{100 * row[show]:.1f} %" for show in solutions.SHOWS),
+            *(f"{row[f'{show} mean']:.4f}" for show in ("patches", "gather")),
+        ]
+        for row in rows
+    ]
+    return table(["edge", "patches", "patches", "smooth", "gather", "mean, patches", "gather"], lines)
+
+
+def large_table(large: dict[str, Any]) -> str:
+    """Return what a solution of many patches takes."""
+    line = [
+        CORNELL,
+        str(large["patches"]),
+        f"{large['rays'] / 1e6:.1f}",
+        str(large["rounds"]),
+        f"{large['residual']:.1e}",
+        f"{large['seconds']:.1f}",
+    ]
+    return table(["", "patches", "million rays", "rounds", "residual", "seconds"], [line])

@@ -1,0 +1,109 @@
+"""The page of the benchmark of views, as Markdown."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks import harness
+from tracer.study.tables import markdown_table
+
+Rows = list[dict[str, Any]]
+SHOWN = {"measures": "best_and_worst.png", "tour": "tour.webp", "cover": "views.png", "map": "map.png"}
+"""The picture of each kind of folder, by the first word of the folder's name."""
+
+
+def to_page(sections: dict[str, Any]) -> str:
+    """Return the results as Markdown."""
+    molecules = sections["Molecules"]
+    texts = {
+        "Rate": rate(sections["Rate"]),
+        "Searches": searches(sections["Searches"]),
+        "View sets": view_sets(sections["View sets"]),
+        "Convergence of the fast estimate": f"""
+Entropy with background, 12 views; the scene by shapes:
+
+{convergence_table(sections["Convergence of the fast estimate"])}
+![error against rays](convergence.png)""",
+        "Molecules": f"{molecule_table(molecules)}\n"
+        + "\n".join(f"![{row['file']}]({Path(row['file']).stem}/best.png)" for row in molecules),
+        "Pictures": "\n".join(f"![{name}]({name}/{SHOWN[name.split('-')[0]]})" for name in sections["Pictures"]),
+    }
+    return harness.page("Views", "", texts)
+
+
+def rate(numbers: dict[str, Any]) -> str:
+    """Return how fast the item buffer is."""
+    per_second, share = numbers["million rays per second"], numbers["share of the rate of intersections"]
+    lines = [[name, f"{seconds:.2f}", f"{per_second[name]:.1f}"] for name, seconds in numbers["seconds"].items()]
+    return f"""
+{numbers["what"]}:
+
+{markdown_table(["", "seconds", "million rays per second"], lines)}
+The item buffer has {100 * share:.0f} % of the rate of intersections alone."""
+
+
+def searches(rows: Rows) -> str:
+    """Return how near searches come to the best view, by measure, with means over subjects."""
+    subjects = list(dict.fromkeys(row["subject"] for row in rows))
+    names = dict.fromkeys(row["measure"] for row in rows)
+    lines = [
+        *([name, *reached_cells([row for row in rows if row["measure"] == name])] for name in names),
+        ["**all**", *reached_cells(rows)],
+    ]
+    return f"""
+Value reached over {len(subjects)} subjects ({", ".join(subjects)}), as a share of the way from the worst of \
+162 views to the best view that any search knows: mean (least). Behind it the mean number of views measured.
+
+{markdown_table(["measure", "paper", "from all octants", "exhaustive"], lines)}"""
+
+
+def reached_cells(rows: Rows) -> list[str]:
+    """Return for each search the mean and the least of what it reached, and the mean number of views."""
+    cells = []
+    for search in ("paper", "octants", "exhaustive"):
+        reached = np.array([row["reached"][search] for row in rows])
+        views = np.mean([row["views"][search] for row in rows])
+        cells.append(f"{reached.mean():.2f} ({reached.min():.2f}), {views:.0f}")
+    return cells
+
+
+def view_sets(rows: Rows) -> str:
+    """Return the sizes of view sets."""
+    lines = []
+    for row in rows:
+        reached, least = row["found exactly"], row["least"]  # 0: no set was found in time
+        fewest = f"at least {least}" if not reached else str(least) if reached == least else f"{least} to {reached}"
+        counts = [str(row[rule]) for rule in ("entropy", "area", "divergence")]
+        lines.append([row["subject"], f"{100 * row['enough']:.0f} %", *counts, fewest])
+    return f"""
+Views, of 162, that show a share of the area well: chosen one by one by each rule, and the fewest that there can be, \
+by integer programming within a minute.
+
+{markdown_table(["mesh", "share", "entropy", "area", "divergence", "fewest"], lines)}"""
+
+
+def convergence_table(subjects: dict[str, Rows]) -> str:
+    """Return the errors of the fast estimate by number of rays."""
+    headings = ["", "random rays", "error, bits", "uncorrected", "standard error"]
+    headings += ["within 1.96 of them", "surfaces hit once"]
+    lines = [
+        [
+            subject,
+            str(row["rays"]),
+            *(f"{row[name]:.3f}" for name in ("error", "uncorrected", "standard error")),
+            *(f"{100 * row[name]:.0f} %" for name in ("within 1.96 standard errors", "seen once")),
+        ]
+        for subject, rows in subjects.items()
+        for row in rows
+    ]
+    return markdown_table(headings, lines)
+
+
+def molecule_table(rows: Rows) -> str:
+    """Return the best views of molecules by each search."""
+    headings = ["file", "atoms", "entropy wanted", "search", "view", "bits", "views"]
+    lines = [[row["file"], str(row["atoms"]), row["good"], *line[:4]] for row in rows for line in row["lines"]]
+    return markdown_table(headings, lines)

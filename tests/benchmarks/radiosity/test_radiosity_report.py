@@ -1,0 +1,31 @@
+"""The page of results."""
+
+import pytest
+
+from benchmarks.radiosity import ablations, convergence, report, solutions
+from benchmarks.radiosity.scenes import examples
+
+
+@pytest.mark.slow
+def test_a_small_report_has_all_its_files_and_can_be_stopped(tmp_path, monkeypatch):
+    monkeypatch.setattr(convergence, "RAYS", (64, 256))
+    monkeypatch.setattr(convergence, "SEEDS", 2)
+    monkeypatch.setattr(convergence, "TRUTH", 256)
+    monkeypatch.setattr(ablations, "RAYS", 32)
+    monkeypatch.setattr(ablations, "SEEDS", 2)
+    monkeypatch.setattr(solutions, "SPP", 1)
+    monkeypatch.setattr(solutions, "SEEDS", 2)
+    monkeypatch.setattr(solutions, "RAYS", 16)
+    monkeypatch.setattr(solutions, "SIZES", (0.8,))
+    needed = (report.SHOWN, report.CORNELL)
+    monkeypatch.setattr(report, "examples", lambda: [example for example in examples() if example.name in needed])
+    with pytest.raises(KeyboardInterrupt):
+        report.report(tmp_path, lambda text, done, total: False)
+    assert not list(tmp_path.iterdir())
+    steps = []
+    report.report(tmp_path, lambda text, done, total: steps.append((done, total)))
+    assert steps == [(done, len(steps)) for done in range(len(steps))]
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(report.FILES)
+    page = (tmp_path / "results.md").read_text()
+    assert "| deviation, warp |" in page
+    assert "Many patches" in page

@@ -1,0 +1,23 @@
+"""The pages in results/ show the numbers beside them, in the form that the benchmarks write."""
+
+import importlib
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from benchmarks import harness
+
+RESULTS = Path(__file__).parents[2] / "results"
+
+
+@pytest.mark.parametrize("name", ["bias", "cluster", "production", "radiosity", "viewpoint"])
+def test_a_page_is_what_its_numbers_say(name, monkeypatch):
+    report = importlib.import_module(f"benchmarks.{name}.report")
+    page = (RESULTS / name / "results.md").read_text()
+    machine = re.search(r", on (.* with \d+ threads)", page)
+    monkeypatch.setattr(harness, "machine", lambda: machine[1])
+    monkeypatch.setattr("platform.machine", lambda: "x86_64")
+    assert report.to_page(json.loads((RESULTS / name / "results.json").read_text())) == page
+    assert all((RESULTS / name / file).exists() for file in report.FILES)

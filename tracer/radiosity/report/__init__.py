@@ -1,1 +1,0 @@
-"""What guided rays are worth, measured: ``tracer radiosity-report``."""
