@@ -53,8 +53,8 @@ def view_from(context: ViewContext, sensor: int, eye: tuple[float, float, float]
 def complexity_map(context: ViewContext, view: Viewpoints, kind: str, blocks: int, level: int) -> list[list[str]]:
     """Write ``FILES`` and return the lines of the table under ``HEADINGS``: measures of the view as a whole.
 
-    ``view`` is one, through the lens of ``context``. ``kind``: one of ``KINDS``. ``blocks`` across the image, as many down
-    as make them square; ``level``: times that the 8 spherical triangles around the eye are split in four.
+    ``view`` is one, seen by the lens of ``context``. ``kind``: one of ``KINDS``. There are ``blocks`` across the image,
+    and as many down as make them square; ``level``: times that the 8 spherical triangles around the eye are split.
     """
     subject, lens = context.opened.subject, context.stand.lens
     down = max(1, round(blocks / lens.aspect))
