@@ -115,21 +115,24 @@ def identity_of(view: View, settings: Settings, weights: NDArray[np.float64], sc
 
 
 HASHED = ("scene", "sensor", "integrator", "importance")
+"""Entries of an identity that are hashes, which a message does not show."""
 FOLLOWS = {"size": ("crop", "sensor", "importance"), "crop": ("sensor", "importance")}
-"""What is another one wherever something else is: a film's crop, what a sensor prints of its film, an image of weights.
-Whether it would differ otherwise, too, nobody knows."""
+"""Entries of an identity that always differ where another entry does: a film of another size has another crop, and its
+sensor and the image of weights are others, too. A message does not name them, as nobody knows if they differ besides."""
 
 
-def differences(own: dict[str, Any], other: dict[str, Any], but: Sequence[str] = ()) -> list[str]:
+def differences(identity: dict[str, Any], other_identity: dict[str, Any], but: Sequence[str] = ()) -> list[str]:
     """Return what differs between two identities, a clause each; what follows from another difference is left out."""
     changed = [
-        name for name in (*own, *(name for name in other if name not in own)) if own.get(name) != other.get(name)
+        name
+        for name in (*identity, *(name for name in other_identity if name not in identity))
+        if identity.get(name) != other_identity.get(name)
     ]
     changed.sort(key=lambda name: name not in FOLLOWS)
     implied = {name for cause in changed for name in FOLLOWS.get(cause, ())}
-    found = []
+    clauses = []
     for name in changed:
-        here, there = own.get(name), other.get(name)
+        value, other_value = identity.get(name), other_identity.get(name)
         if name not in but and name not in implied:
-            found.append(f"another {name}" if name in HASHED else f"{name} {there} there and {here} here")
-    return found
+            clauses.append(f"another {name}" if name in HASHED else f"{name} {other_value} there and {value} here")
+    return clauses

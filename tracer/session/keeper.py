@@ -64,16 +64,16 @@ class Keeper:
         """
         if not self.resume or not self.path.exists():
             return beginning
-        kept = checkpoint.read(self.path)
-        if other := differences(self.header.identity, kept.identity):
+        stored = checkpoint.read(self.path)
+        if other := differences(self.header.identity, stored.identity):
             raise CheckpointError(
                 f"Checkpoint '{self.path}' is of another render: {'; '.join(other)}. "
                 "Resume it as it was begun, or name another file."
             )
-        if "generator" not in kept.plain:
+        if "generator" not in stored.plain:
             raise CheckpointError(f"'{self.path}' is a merge; it can be merged further, but not rendered on from.")
         try:
-            beginning.unpack(kept.arrays, kept.plain, empty)
+            beginning.unpack(stored.arrays, stored.plain, empty)
         except (ValueError, KeyError, TypeError, AttributeError, OverflowError):
             raise CheckpointError(f"'{self.path}' is a damaged checkpoint; remove it to begin anew.") from None
         self.kept = beginning.done

@@ -1,7 +1,7 @@
 """How much memory a render takes, and passes small enough for a limit.
 
-Three parts: what is there when the scene is loaded; a share for every pixel, whose sums, statistics and importance are
-held; and one for every sample of a pass. The constants are from renders of 4096 to 2 million pixels with passes of 2^20
+Memory has three parts: what the process has when its scene is loaded; the sums, statistics and importance of every
+pixel; and the values of every sample of a pass. The constants are from renders of 4096 to 2 million pixels with passes of 2^20
 and 2^22 samples; ``tests/system/test_memory.py`` measures that they are enough.
 """
 
@@ -21,24 +21,27 @@ from tracer.settings import Settings
 
 GIB = 1 << 30
 PROGRAM = 160e6
-"""Bytes for kernels and what else a render loads."""
+"""Bytes that kernels and libraries take."""
 PIXEL = 420.0
-"""Bytes a pixel for decisions, and"""
+"""Bytes that the decisions take for each pixel, whatever its channels."""
 PIXEL_CHANNEL = 36.0
-"""for each channel, and"""
+"""Bytes that sums and statistics take for each channel of a pixel."""
 PIXEL_FOOTPRINT = 4.6
-"""for each number of its footprint, of which a checkpoint takes"""
+"""Bytes that each filter-weighted sum takes: one for each channel of each pixel that the filter reaches."""
 PIXEL_COPY = 2.5
-"""more each while it is written."""
-FEATURE_CHANNELS, FEATURES = 7, 200.0
-"""Channels of features, and bytes a pixel for each set of them."""
+"""Bytes that each filter-weighted sum takes in addition while a checkpoint is written."""
+FEATURE_CHANNELS = 7
+"""Channels of albedo, normal and depth together."""
+FEATURES = 200.0
+"""Bytes that a set of features takes for each pixel."""
 SAMPLE = 30.0
-"""Bytes a sample of a pass, and"""
+"""Bytes that each sample of a pass takes, whatever its channels."""
 SAMPLE_CHANNEL = 14.0
-"""for each channel."""
+"""Bytes that each sample of a pass takes for each channel."""
 SMALLEST_PASS = 1 << 16
+"""Samples of the smallest pass that a limit of memory can lead to."""
 LARGE = 2 * GIB
-"""Beyond so much a person is told before the render begins."""
+"""Bytes beyond which a person is told, before the render begins, how much memory it takes."""
 
 
 @dataclass(frozen=True)

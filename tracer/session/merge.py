@@ -41,19 +41,19 @@ def merge(paths: Sequence[Path], output: Path | None = None) -> tuple[Result, Ch
     means.append(unbiased_mean(first, total))
     sources, done = list(first.sources), int(first.plain["done"])
     for path in paths[1:]:
-        kept = checkpoint.read(path)
-        if found := differences(first.identity, kept.identity, but=("seed",)):
-            raise CheckpointError(f"'{path}' is not of the picture of '{paths[0]}': {'; '.join(found)}.")
-        if twice := [source for source in kept.sources if source in sources]:
+        stored = checkpoint.read(path)
+        if differing := differences(first.identity, stored.identity, but=("seed",)):
+            raise CheckpointError(f"'{path}' is not of the picture of '{paths[0]}': {'; '.join(differing)}.")
+        if repeated := [source for source in stored.sources if source in sources]:
             raise CheckpointError(
-                f"'{path}' holds samples that are in those before it ({', '.join(twice)}); "
+                f"'{path}' holds samples that are in those before it ({', '.join(repeated)}); "
                 "render parts of one picture with --part, or with different seeds."
             )
-        others = sums(kept)
-        means.append(unbiased_mean(kept, others))
-        total.merge(others)
-        sources += kept.sources
-        done += int(kept.plain["done"])
+        estimate = sums(stored)
+        means.append(unbiased_mean(stored, estimate))
+        total.merge(estimate)
+        sources += stored.sources
+        done += int(stored.plain["done"])
     unbiased = merged_means(means)
     whole = replace(first, sources=sources, plain={"done": done})
     if output is not None:
@@ -64,26 +64,26 @@ def merge(paths: Sequence[Path], output: Path | None = None) -> tuple[Result, Ch
     return picture(total, unbiased, whole, time.perf_counter() - start), whole
 
 
-def unbiased_mean(kept: Checkpoint, total: Estimate) -> tuple[UnbiasedMean | None, Statistics]:
+def unbiased_mean(stored: Checkpoint, total: Estimate) -> tuple[UnbiasedMean | None, Statistics]:
     """Return the unbiased mean of a checkpoint with these sums, None if it has no rounds that decided; and statistics.
 
     Raises CheckpointError.
     """
     known = total.statistics()
     try:
-        require_shapes(kept.arrays, total)
-        unbiased = unbiased_of(kept.arrays)
-        if unbiased is not None and "drawn" in kept.arrays:  # a merge has no rounds
-            chance, is_whole = kept.arrays.get("chance"), "allocation" not in kept.arrays
-            unbiased = mean_at_the_end(unbiased, before_of(kept.arrays), known, chance, is_whole)
+        require_shapes(stored.arrays, total)
+        unbiased = unbiased_of(stored.arrays)
+        if unbiased is not None and "drawn" in stored.arrays:  # a merge has no rounds
+            chance, is_whole = stored.arrays.get("chance"), "allocation" not in stored.arrays
+            unbiased = mean_at_the_end(unbiased, before_of(stored.arrays), known, chance, is_whole)
         return unbiased, known
     except (ValueError, TypeError):
-        raise damaged(kept) from None
+        raise damaged(stored) from None
 
 
-def damaged(kept: Checkpoint) -> CheckpointError:
+def damaged(stored: Checkpoint) -> CheckpointError:
     """Return the error of a checkpoint whose entries do not agree."""
-    return CheckpointError(f"'{kept.path}' is a damaged checkpoint; render it anew.")
+    return CheckpointError(f"'{stored.path}' is a damaged checkpoint; render it anew.")
 
 
 def merged_means(means: list[tuple[UnbiasedMean | None, Statistics]]) -> UnbiasedMean | None:
@@ -98,23 +98,23 @@ def merged_means(means: list[tuple[UnbiasedMean | None, Statistics]]) -> Unbiase
     return whole
 
 
-def sums(kept: Checkpoint) -> Estimate:
+def sums(stored: Checkpoint) -> Estimate:
     """Return the estimate of a checkpoint. Raises CheckpointError."""
     try:
-        total = restored(kept, "estimate")
-        if "allocation" in kept.arrays and "held_out.0" in kept.arrays:
-            total.merge(restored(kept, "held_out"))  # stopped: as in the picture that was made of it
+        total = restored(stored, "estimate")
+        if "allocation" in stored.arrays and "held_out.0" in stored.arrays:
+            total.merge(restored(stored, "held_out"))  # stopped: as in the picture that was made of it
         return total
     except (ValueError, KeyError, TypeError, AttributeError, OverflowError):
-        raise damaged(kept) from None
+        raise damaged(stored) from None
 
 
-def restored(kept: Checkpoint, name: str) -> Estimate:
+def restored(stored: Checkpoint, name: str) -> Estimate:
     """Return one of the estimates of a checkpoint. Raises ValueError, KeyError."""
-    fields: dict[str, Any] = dict(kept.frame)
+    fields: dict[str, Any] = dict(stored.frame)
     kinds = fields.pop("kinds")
     fields |= {name: tuple(fields[name]) for name in ("size", "window")}
-    frame, sums = PlainFrame(**fields), part(kept.arrays, name)
+    frame, sums = PlainFrame(**fields), part(stored.arrays, name)
     if any(array.shape != (frame.pixel_count,) for array in sums[1:]):  # before memory is asked for
         raise ValueError("these sums are of another number of pixels")
     estimate = Estimate(frame, *kinds)

@@ -66,11 +66,11 @@ def write_picture(file: PictureFile, result: Result, scene_hash: str, keeper: Ke
     if file.path.suffix.lower() == ".exr" and file.layers == "all" and (renamed := renamed_layers(result)):
         result.report.note(f"Layers of tracer have the names of AOVs, which are written as {', '.join(renamed)}.")
     try:
-        own = {"job": file.origin} if file.origin else {}
-        write_result(file.path, result, metadata(result, scene_hash) | own, file.layers)
+        origin = {"job": file.origin} if file.origin else {}
+        write_result(file.path, result, metadata(result, scene_hash) | origin, file.layers)
     except WriteError as error:
-        kept = keeper.all_is_kept() if keeper is not None else ""
-        raise WriteError(f"{error} {kept}".rstrip()) from None
+        where_samples_are = keeper.all_is_kept() if keeper is not None else ""
+        raise WriteError(f"{error} {where_samples_are}".rstrip()) from None
 
 
 def chosen_layers(name: str | None) -> Chosen:
@@ -97,20 +97,20 @@ def layers(result: Result) -> tuple[list[str], NDArray[np.float32]]:
 
 def single_channels(result: Result) -> dict[str, NDArray]:
     """Return the channels (H, W) of a result beside image and standard error, by name."""
-    found = {f"{name}.Y": getattr(result, name) for name in ("samples", "complexity", "importance", "cost")}
+    channels = {f"{name}.Y": getattr(result, name) for name in ("samples", "complexity", "importance", "cost")}
     if result.noisy is not None:
         colours = result.channels[: result.noisy.shape[-1]]
-        found |= {f"noisy.{name}": result.noisy[..., k] for k, name in enumerate(colours)}
+        channels |= {f"noisy.{name}": result.noisy[..., k] for k, name in enumerate(colours)}
     if result.seen is not None:
         features = result.seen.features
-        found |= {f"albedo.{name}": features.albedo[..., k] for k, name in enumerate("RGB")}
-        found |= {f"normal.{name}": features.normal[..., k] for k, name in enumerate("XYZ")}
-        found |= {"depth.Z": features.depth, "shape.Y": result.seen.shapes}
-    return found
+        channels |= {f"albedo.{name}": features.albedo[..., k] for k, name in enumerate("RGB")}
+        channels |= {f"normal.{name}": features.normal[..., k] for k, name in enumerate("XYZ")}
+        channels |= {"depth.Z": features.depth, "shape.Y": result.seen.shapes}
+    return channels
 
 
 def renamed_layers(result: Result) -> list[str]:
     """Return the layers of AOVs that have another name in the EXR of a result than in the scene."""
-    own = own_names(result.channels, layers_of(single_channels(result)))
-    changed = (new for new, old in zip(own, result.channels, strict=True) if new != old)
-    return list(dict.fromkeys(name.rpartition(".")[0] or name for name in changed))
+    written_names = own_names(result.channels, layers_of(single_channels(result)))
+    changed_names = (new for new, old in zip(written_names, result.channels, strict=True) if new != old)
+    return list(dict.fromkeys(name.rpartition(".")[0] or name for name in changed_names))

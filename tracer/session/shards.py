@@ -33,10 +33,10 @@ class Part:
 
 def parse_part(text: str) -> Part:
     """Return a part from "3/8". Raises ValueError."""
-    found = re.fullmatch(r"\s*(\d{1,6})\s*/\s*(\d{1,6})\s*", text)
-    if not found or not 1 <= int(found[1]) <= int(found[2]) <= MOST_PARTS:
+    match = re.fullmatch(r"\s*(\d{1,6})\s*/\s*(\d{1,6})\s*", text)
+    if not match or not 1 <= int(match[1]) <= int(match[2]) <= MOST_PARTS:
         raise ValueError(f'part: write "3/8" for the third of eight, of at most {MOST_PARTS} (was {text!r})')
-    return Part(int(found[1]), int(found[2]))
+    return Part(int(match[1]), int(match[2]))
 
 
 def share(settings: Settings, part: Part) -> dict[str, Any]:
@@ -52,25 +52,25 @@ def share(settings: Settings, part: Part) -> dict[str, Any]:
         )
     spp = settings.spp // part.total + (part.number <= settings.spp % part.total)
     seed = int(np.random.SeedSequence([settings.seed, part.number]).generate_state(1)[0])
-    found: dict[str, Any] = {"spp": spp, "seed": seed}
+    changed: dict[str, Any] = {"spp": spp, "seed": seed}
     if settings.min_spp is not None:
-        found["min_spp"] = max(1, settings.min_spp // part.total)
+        changed["min_spp"] = max(1, settings.min_spp // part.total)
     if settings.max_spp is not None:
-        found["max_spp"] = max(spp, settings.max_spp // part.total)
-    return found
+        changed["max_spp"] = max(spp, settings.max_spp // part.total)
+    return changed
 
 
 def missing(sources: Sequence[str]) -> str:
     """Return a sentence about parts that are not there, "" if none is missing."""
-    found: dict[tuple[str, int], set[int]] = {}
+    numbers_of_parts: dict[tuple[str, int], set[int]] = {}
     for source in sources:
-        if named := re.fullmatch(r"(seed \d+), part (\d+) of (\d+)", source):
-            found.setdefault((named[1], int(named[3])), set()).add(int(named[2]))
+        if match := re.fullmatch(r"(seed \d+), part (\d+) of (\d+)", source):
+            numbers_of_parts.setdefault((match[1], int(match[3])), set()).add(int(match[2]))
     absent = [
         f"{number} of {total}"
-        for (_, total), there in found.items()
+        for (_, total), present in numbers_of_parts.items()
         for number in range(1, total + 1)
-        if number not in there
+        if number not in present
     ]
     if not absent:
         return ""

@@ -86,7 +86,7 @@ class State:
         plain |= {
             "factor": self.meter.factor,
             "scale": self.meter.scale,
-            "rounds": [asdict(one) for one in self.rounds],
+            "rounds": [asdict(finished_round) for finished_round in self.rounds],
         }
         return arrays, {**plain, "generator": self.generator.bit_generator.state}
 
@@ -105,7 +105,7 @@ class State:
         self.importance, self.chance = arrays.get("importance"), arrays.get("chance")
         self.before, self.unbiased = before_of(arrays), unbiased_of(arrays)
         self.meter = NoiseMeter(arrays.get("meter.image"), arrays.get("meter.count"), plain["factor"], plain["scale"])
-        self.rounds = [Round(**one) for one in plain["rounds"]]
+        self.rounds = [Round(**fields) for fields in plain["rounds"]]
         self.generator.bit_generator.state = plain["generator"]
 
 
@@ -144,7 +144,7 @@ def unbiased_of(arrays: Arrays) -> UnbiasedMean | None:
 
 def part(arrays: Arrays, name: str) -> list[NDArray]:
     """Return the arrays ``name.0``, ``name.1``, ... in order."""
-    found: list[NDArray] = []
-    while f"{name}.{len(found)}" in arrays:
-        found.append(arrays[f"{name}.{len(found)}"])
-    return found
+    pieces: list[NDArray] = []
+    while f"{name}.{len(pieces)}" in arrays:
+        pieces.append(arrays[f"{name}.{len(pieces)}"])
+    return pieces
