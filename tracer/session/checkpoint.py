@@ -118,7 +118,7 @@ HASHED = ("scene", "sensor", "integrator", "importance")
 """Entries of an identity that are hashes, which a message does not show."""
 FOLLOWS = {"size": ("crop", "sensor", "importance"), "crop": ("sensor", "importance")}
 """Entries of an identity that always differ where another entry does: a film of another size has another crop, and its
-sensor and the image of weights are others, too. A message does not name them, as nobody knows if they differ besides."""
+sensor and the image of weights are others, too. A message leaves them out: nobody knows if they differ besides."""
 
 
 def differences(identity: dict[str, Any], other_identity: dict[str, Any], but: Sequence[str] = ()) -> list[str]:

@@ -1,8 +1,8 @@
 """How much memory a render takes, and passes small enough for a limit.
 
 Memory has three parts: what the process has when its scene is loaded; the sums, statistics and importance of every
-pixel; and the values of every sample of a pass. The constants are from renders of 4096 to 2 million pixels with passes of 2^20
-and 2^22 samples; ``tests/system/test_memory.py`` measures that they are enough.
+pixel; and the values of every sample of a pass. The constants are from renders of 4096 to 2 million pixels with passes
+of 2^20 and 2^22 samples; ``tests/system/test_memory.py`` measures that they are enough.
 """
 
 from __future__ import annotations
