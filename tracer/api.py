@@ -75,10 +75,10 @@ def render(
     with ExitStack() as stack:
         drawer = None
         if cluster is not None:
-            from tracer.cluster.remote_drawer import hire
+            from tracer.cluster.remote_drawer import open_remote_drawer
 
             seen = {"integrator": integrator, "size": size, "crop": crop}
-            drawer = stack.enter_context(hire(plain(cluster)))(
+            drawer = stack.enter_context(open_remote_drawer(plain(cluster)))(
                 scene, fingerprint(scene, define), define, sensor, **seen
             )
         view = stack.enter_context(open_scene(scene, sensor, integrator, size, crop, define))

@@ -9,23 +9,23 @@ from typing import Any
 
 import mitsuba as mi
 
-from tracer.cluster.connection import open_crew
-from tracer.cluster.round_scheduler import Spread
+from tracer.cluster.connection import open_connection
+from tracer.cluster.round_scheduler import RoundScheduler
 from tracer.cluster.worker_setup import make_setup
 from tracer.session.terms import DrawerFor
 
-Hire = Callable[..., DrawerFor]
-"""From scene, hash of it, values of its $parameters, sensor and how it is seen to a drawer; see ``make_setup``."""
+RemoteDrawer = Callable[..., DrawerFor]
+"""From scene, hash of it, values of its $parameters, sensor and how it is seen to who draws it; see ``make_setup``."""
 
 
 @contextmanager
-def hire(cluster: Any) -> Iterator[Hire]:
-    """Yield a function that lets workers draw a scene; see ``open_crew`` for ``cluster`` and errors."""
-    with open_crew(cluster) as crew:
+def open_remote_drawer(cluster: Any) -> Iterator[RemoteDrawer]:
+    """Yield a function that lets workers draw a scene; see ``open_connection`` for ``cluster`` and errors."""
+    with open_connection(cluster) as connection:
 
         def drawer(scene: Any, scene_hash: str, define: dict[str, str] | None, sensor: Any, **seen: Any) -> DrawerFor:
             setup = make_setup(scene, scene_hash, mi.variant(), define, sensor, **seen)
-            crew.begin(setup)
-            return partial(Spread, crew, setup)
+            connection.begin(setup)
+            return partial(RoundScheduler, connection, setup)
 
         yield drawer

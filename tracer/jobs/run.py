@@ -61,9 +61,9 @@ def hired(job: Job, stack: ExitStack) -> Hire | None:
     """Return how workers are found that draw until ``stack`` closes; None if this process draws."""
     if job.workers is None and job.scheduler is None:
         return None
-    from tracer.cluster.remote_drawer import hire
+    from tracer.cluster.remote_drawer import open_remote_drawer
 
-    return stack.enter_context(hire(job.workers or job.scheduler))
+    return stack.enter_context(open_remote_drawer(job.workers or job.scheduler))
 
 
 def pictures(

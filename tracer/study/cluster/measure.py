@@ -14,7 +14,7 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from tracer.cluster.remote_drawer import hire
+from tracer.cluster.remote_drawer import open_remote_drawer
 from tracer.result import Result
 from tracer.scene.fingerprint import fingerprint
 from tracer.scene.view import open_scene
@@ -69,7 +69,7 @@ class Pair:
 
 def pair(name: str, path: Path, told: Told) -> Pair:
     """Render a scene in both ways, one after the other, after a first time that is not measured."""
-    with hire(WORKERS) as hired, open_scene(path, size=SIZE) as view:
+    with open_remote_drawer(WORKERS) as hired, open_scene(path, size=SIZE) as view:
         drawer = hired(path, fingerprint(path), None, 0, size=SIZE)
         found = Pair(name, view.pixel_count)
         for seed in (None, *SEEDS):
