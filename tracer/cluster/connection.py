@@ -112,6 +112,8 @@ def own_cluster(workers: int) -> Iterator[Any]:
     threads = max(1, len(os.sched_getaffinity(0)) // workers)
     settings = {
         "distributed.scheduler.allowed-failures": MOST_DEATHS,
+        # worker-ttl stays at Dask's five minutes: it ends a worker that hangs, but also one that opens a scene for as
+        # long without a sign of life, and others draw its units long before.
         # We deal out the units ourselves. A worker that hangs looks idle, so Dask would move units of others to it.
         "distributed.scheduler.work-stealing": False,
         # What nobody looks at here takes time from threads that have other things to do.

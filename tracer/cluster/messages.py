@@ -95,7 +95,7 @@ class Messages:
         future.add_done_callback(lambda done: self.client.loop.add_callback(self.deliver, done, about))
 
     async def deliver(self, future: Future, about: Any) -> None:
-        """Bring a result. Each comes for itself: Dask's own way would let all wait for a worker that hangs."""
+        """Bring a result. Each comes for itself: Dask gathers several at a time, and one that hangs holds up all."""
         outcome: Any = CancelledError(str(future.key))
         if future.status == "error":
             outcome = await future.exception()
