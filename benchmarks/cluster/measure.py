@@ -15,7 +15,7 @@ import numpy as np
 
 from benchmarks.cluster.scaling_model import Constants
 from benchmarks.harness import Announce
-from tracer.cluster.remote_drawer import hire
+from tracer.cluster.remote_drawer import open_workers
 from tracer.result import Result
 from tracer.scene.fingerprint import fingerprint
 from tracer.scene.view import open_scene
@@ -73,7 +73,7 @@ def step_count() -> int:
 
 def pair(name: str, path: Path, announce: Announce) -> Pair:
     """Render a scene in both ways, one after the other, after a first time that is not measured."""
-    with hire(WORKERS) as workers, open_scene(path, size=SIZE) as view:
+    with open_workers(WORKERS) as workers, open_scene(path, size=SIZE) as view:
         drawer_for = workers(Request(path, size=SIZE), fingerprint(path))
         measured = Pair(name, view.pixel_count)
         for seed in (None, *SEEDS):

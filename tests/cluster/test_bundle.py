@@ -12,7 +12,7 @@ import tracer
 from conftest import LIT
 from tracer.cluster import remote_drawer
 from tracer.cluster.bundle import contents_of, pack, unpack
-from tracer.cluster.connection import Crew
+from tracer.cluster.connection import Connection
 from tracer.errors import ClusterError
 from tracer.scene.fingerprint import fingerprint
 from tracer.scene.load import load
@@ -132,9 +132,9 @@ def test_workers_without_the_scene_get_it(name, request, two_workers, monkeypatc
         sent.append(setup)
         return replace(setup, scene="/nowhere/scene.xml")
 
-    ship = Crew.ship
+    ship = Connection.ship
     monkeypatch.setattr(remote_drawer, "make_setup", elsewhere)
-    monkeypatch.setattr(Crew, "ship", lambda self, setup: ship(self, sent[0]))
+    monkeypatch.setattr(Connection, "ship", lambda self, setup: ship(self, sent[0]))
     define = {"name": "wood"} if name == "scene" else {}
     found = tracer.render(scene, spp=8, define=define, cluster=two_workers)
     assert np.array_equal(found.image, tracer.render(scene, spp=8, define=define).image)

@@ -9,10 +9,11 @@ from dask.distributed import get_worker
 
 from tracer import scenes
 from tracer.cluster import connection
-from tracer.cluster.connection import Crew
-from tracer.cluster.remote_drawer import hire
+from tracer.cluster.connection import Connection
+from tracer.cluster.remote_drawer import open_workers
 from tracer.errors import SceneMissingError
 from tracer.scene.fingerprint import fingerprint
+from tracer.session.request import Request
 
 SCENE = Path(scenes.__file__).parent / "spheres_and_rods.xml"
 LONGEST = 300
@@ -21,18 +22,18 @@ LONGEST = 300
 
 def kernels():
     """Return, on a worker, the scene that is open and how often it was traced for drawing."""
-    from tracer.cluster.worker_scene import Stage
+    from tracer.cluster.worker_scene import WorkerScene
 
-    if Stage.current is None:
+    if WorkerScene.current is None:
         return None
-    drawers = Stage.current.drawers.values()
-    return Stage.current.setup.scene_hash, [drawer.record.record.n_recordings for drawer in drawers]
+    drawers = WorkerScene.current.drawers.values()
+    return WorkerScene.current.setup.scene_hash, [drawer.record.record.n_recordings for drawer in drawers]
 
 
 def test_workers_are_warm_before_there_is_a_unit(two_workers):
     scene_hash = fingerprint(SCENE)
-    with hire(two_workers) as hired:
-        hired(SCENE, scene_hash, None, 0, integrator=None, size=19, crop=None)
+    with open_workers(two_workers) as workers:
+        workers(Request(SCENE, size=19), scene_hash)
         deadline = time.monotonic() + LONGEST
         while not all(is_warm(found, scene_hash) for found in two_workers.run(kernels).values()):
             assert time.monotonic() < deadline
@@ -58,7 +59,7 @@ def test_what_goes_wrong_is_logged_unless_the_first_unit_raises_it(two_workers, 
     called = []
     log_failure = connection.log_failure
     monkeypatch.setattr(connection, "log_failure", lambda future: (log_failure(future), called.append(future)))
-    workers = Crew(two_workers, "")
+    workers = Connection(two_workers, "")
     with caplog.at_level(logging.WARNING):
         workers.begin(None)
         deadline = time.monotonic() + LONGEST

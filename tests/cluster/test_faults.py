@@ -15,7 +15,15 @@ from distributed import Client
 import tracer
 from conftest import PATIENCE
 from tracer import scenes
-from tracer.cluster import connection, messages, round_scheduler, work_balancer, worker_setup
+from tracer.cluster import (
+    connection,
+    messages,
+    round_policy,
+    round_scheduler,
+    sums_transfer,
+    work_balancer,
+    worker_setup,
+)
 from tracer.cluster.connection import connected, own_cluster
 from tracer.errors import ClusterError
 from tracer.io.atomic import is_running
@@ -90,23 +98,23 @@ def test_a_worker_that_comes_late_changes_nothing_and_helps(alone):
             cluster.scale(2)
             client.wait_for_workers(2)
 
-        settle = round_scheduler.Spread.settle
+        take_in = round_scheduler.RoundScheduler.take_in
 
-        def watch(self, estimate, unit, whole, known, took):
-            drawn_by.add(took["worker"])
-            settle(self, estimate, unit, whole, known, took)
+        def watch(self, estimate, request, statistics, report):
+            drawn_by.add(report["worker"])
+            take_in(self, estimate, request, statistics, report)
 
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(round_scheduler.Spread, "settle", watch)
+            patch.setattr(round_scheduler.RoundScheduler, "take_in", watch)
             same(tracer.render(SCENE, cluster=client, progress=once(0.2, late), **SETTINGS), alone)
         assert len(drawn_by) == 2
 
 
 @pytest.mark.parametrize("part", [0.05, 0.4, 0.9])
 def test_a_worker_that_hangs_does_not_hold_up_a_round(alone, monkeypatch, part):
-    monkeypatch.setattr(round_scheduler, "LATE_SECONDS", 1.0)
-    monkeypatch.setattr(round_scheduler, "HANG_SECONDS", 2.0)
-    monkeypatch.setattr(connection, "SILENT_SECONDS", 2.0)
+    monkeypatch.setattr(round_policy, "LATE_SECONDS", 1.0)
+    monkeypatch.setattr(sums_transfer, "HANG_SECONDS", 2.0)
+    monkeypatch.setattr(round_policy, "SILENT_SECONDS", 2.0)
     with own_cluster(2) as cluster, connected(cluster) as client:
         victim = next(iter(client.run(os.getpid).values()))
         try:
@@ -129,7 +137,7 @@ def slow_down(seconds):
 
 
 def test_a_slow_worker_does_not_hold_up_a_round(alone, monkeypatch):
-    monkeypatch.setattr(round_scheduler, "LATE_SECONDS", 0.5)
+    monkeypatch.setattr(round_policy, "LATE_SECONDS", 0.5)
     with own_cluster(2) as cluster, connected(cluster) as client:
         slow = next(iter(client.run(os.getpid)))
         tracer.render(SCENE, cluster=client, **SETTINGS)  # opens and compiles
@@ -185,14 +193,15 @@ def test_a_worker_of_another_version_is_named(two_workers, monkeypatch):
 
 def test_a_worker_of_another_version_that_comes_late_leaves_a_checkpoint(alone, two_workers, tmp_path, monkeypatch):
     path = tmp_path / "state.ckpt"
-    draw = round_scheduler.Spread.draw
+    draw = round_scheduler.RoundScheduler.draw
 
     def later(self, estimate, *rest):
         if estimate.drawn().sum() > 128 * 96 * 16:
-            self.work = round_scheduler.replace(self.work, made_of={**self.work.made_of, "tracer": "0.0"})
+            made_of = {**self.settings.made_of, "tracer": "0.0"}
+            self.settings = round_scheduler.replace(self.settings, made_of=made_of)
         return draw(self, estimate, *rest)
 
-    monkeypatch.setattr(round_scheduler.Spread, "draw", later)
+    monkeypatch.setattr(round_scheduler.RoundScheduler, "draw", later)
     with pytest.raises(ClusterError, match=r"has tracer 0.* has [0-9.]+ % of the samples"):
         tracer.render(SCENE, cluster=two_workers, checkpoint=path, **SETTINGS)
     same(tracer.render(SCENE, checkpoint=path, resume=True, **SETTINGS), alone)

@@ -2,6 +2,7 @@
 
 import asyncio
 import time
+from collections import namedtuple
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,10 +10,13 @@ import pytest
 from distributed import CancelledError
 
 from tracer.cluster import messages
-from tracer.cluster.connection import Crew
-from tracer.cluster.messages import Post
+from tracer.cluster.connection import Connection
+from tracer.cluster.messages import Messages
+from tracer.cluster.units import UnitRequest
 from tracer.errors import ClusterError
 from tracer.sampling.wavefront import Stretch
+
+Future = namedtuple("Future", "key")
 
 
 class Client:
@@ -28,7 +32,7 @@ class Client:
 
 @pytest.fixture
 def mail():
-    return Post(SimpleNamespace(client=Client(), address="tcp://there", workers=dict))
+    return Messages(SimpleNamespace(client=Client(), address="tcp://there", workers=dict))
 
 
 def test_a_scheduler_is_gone_when_it_has_not_been_reached_for_ten_seconds(mail, monkeypatch):
@@ -83,9 +87,9 @@ def test_a_result_that_a_worker_does_not_give_comes_by_way_of_the_scheduler(mail
     mail.client.rpc, mail.client.id = None, None
     if failed and scheduler == "error":
         with pytest.raises(CancelledError):
-            asyncio.run(mail.result_of("key"))
+            asyncio.run(messages.fetch(mail.client, "key"))
     else:
-        assert asyncio.run(mail.result_of("key")) == f"from the {'scheduler' if failed else 'worker'}"
+        assert asyncio.run(messages.fetch(mail.client, "key")) == f"from the {'scheduler' if failed else 'worker'}"
 
 
 class Unreadable:
@@ -100,7 +104,7 @@ def make():
 
 
 def test_a_result_that_cannot_be_unpacked_is_an_outcome(two_workers):
-    parcels = Post(Crew(two_workers, ""))
+    parcels = Messages(Connection(two_workers, ""))
     future = two_workers.submit(make, pure=False)
     parcels.listen(future, "about")
     heard, deadline = [], time.monotonic() + 120
@@ -116,13 +120,28 @@ def test_a_result_that_cannot_be_unpacked_is_an_outcome(two_workers):
 
 @pytest.mark.parametrize("error", [TimeoutError(), OSError("gone"), CancelledError("gone")])
 def test_what_is_lost_with_its_worker_is_cancelled(two_workers, monkeypatch, error):
-    parcels = Post(Crew(two_workers, ""))
+    parcels = Messages(Connection(two_workers, ""))
 
-    async def lose(key):
+    async def lose(client, key):
         raise error
 
-    monkeypatch.setattr(parcels, "result_of", lose)
+    monkeypatch.setattr(messages, "fetch", lose)
     future = two_workers.submit(int, pure=False)
     future.result()
     asyncio.run(parcels.deliver(future, "about"))
     assert isinstance(parcels.inbox.get(timeout=1)[1], CancelledError)
+
+
+def test_what_is_seen_of_workers_and_requests():
+    """ "a" draws one, for another of which "b" will tell; the third waits for a worker, and "c" does nothing."""
+    busy = {"a": ("drawn 1", "of somebody else"), "b": ("told 2",), "c": ()}
+    client = SimpleNamespace(processing=lambda: busy, status="running")
+    mail = Messages(SimpleNamespace(client=client, silent=lambda: {"b"}))
+    requests = [
+        UnitRequest(None, "a", False, 0.0, (Future(f"drawn {number}"), Future(f"told {number}")))
+        for number in (1, 2, 3)
+    ]
+    seen = mail.observe([*requests, UnitRequest(None, "a", False, 0.0)])
+    assert seen.workers == ["a", "b", "c"]
+    assert (seen.silent, seen.idle) == ({"b"}, {"c"})
+    assert seen.holders == {requests[0]: "a", requests[1]: "b"}

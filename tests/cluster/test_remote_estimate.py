@@ -1,12 +1,13 @@
 """What is known here of sums that are with workers."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from tracer.cluster.remote_estimate import Held, nothing
+from tracer.cluster.remote_estimate import RemoteEstimate, nothing
 from tracer.cluster.work_balancer import Region
 from tracer.film.estimate import Estimate, Statistics
-from tracer.sampling.wavefront import Stretch
 from tracer.scene.frame import PlainFrame
 
 FRAME = PlainFrame((4, 6), 1, ["R", "G", "B"], 1, (0, 0, 6, 4))
@@ -16,7 +17,8 @@ FRAME = PlainFrame((4, 6), 1, ["R", "G", "B"], 1, (0, 0, 6, 4))
 def held():
     """Return an estimate that counts how often its sums are brought here."""
     gathered = []
-    return Held(FRAME, 2, 1, gather=lambda _: gathered.append(1) or len(gathered), scatter=lambda _: [])
+    keeper = SimpleNamespace(gather=lambda _: gathered.append(1) or len(gathered), scatter=lambda _: [Region(0, 48)])
+    return RemoteEstimate(FRAME, 2, 1, keeper)
 
 
 def row(count, invalid=0):
@@ -42,6 +44,7 @@ def test_what_a_region_tells_is_written_to_its_pixels(held):
     # Pixels 10 to 14 are the last five inner columns of the first inner row of a grid of 8 x 6.
     assert held.samples()[0].tolist() == [0, 1, 2, 3, 4, 5]
     assert held.samples().sum() == 15
+    assert [region.size for region in held.sums.regions] == [10, 5, 33]
 
 
 def test_sums_are_brought_again_only_when_there_are_others(held):
@@ -50,20 +53,12 @@ def test_sums_are_brought_again_only_when_there_are_others(held):
     assert held.here() == 2
 
 
-def test_parts_take_the_place_of_their_region(held):
-    held.regions = [Region(0, 10), Region(10, 20), Region(30, 18)]
-    held.cut([Region(10, 5), Region(15, 15)])
-    assert [region.first for region in held.regions] == [0, 10, 15, 30]
-
-
-def test_the_rounds_of_a_region_are_those_up_to_its_goal(held):
-    ones = np.ones(FRAME.pixel_count, np.uint32)
-    more = ones.copy()
-    more[:10] = 5
-    held.rounds = [Stretch(0, 0 * ones, ones), Stretch(0, ones, more), Stretch(0, more, 2 * more)]
-    region = Region(20, 8)
-    pixels = slice(20, 28)
-    found = held.rounds_of(region, 2 * ones[pixels])
-    assert [set(each.after[20 - each.first_pixel :][:8]) for each in found] == [{1}, {2}]
-    assert len(held.rounds_of(region, ones[pixels])) == 1  # in the second it has no samples, the third is not for it
-    assert len(held.rounds_of(Region(0, 10), 5 * ones[:10])) == 2
+def test_sums_of_an_earlier_render_are_kept_and_taken_to_workers(held):
+    whole = Estimate(FRAME, 2, 1)
+    layout, *arrays = whole.blank()
+    arrays[0][:] = 3  # counts
+    held.restore([layout, *arrays])
+    assert np.array_equal(held.sums.begun[0], arrays[0])
+    assert held.sums.regions == [Region(0, 48)]
+    assert held.drawn().tolist() == np.full(FRAME.grid, 3).tolist()
+    assert held.here() is held.whole_here

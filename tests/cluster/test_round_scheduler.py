@@ -90,7 +90,7 @@ def test_a_worker_may_have_several_threads():
 @pytest.mark.parametrize("first", ["workers", "alone"])
 def test_either_goes_on_from_the_others_checkpoint(two_workers, tmp_path, monkeypatch, part, first):
     monkeypatch.setattr(work_balancer, "FIRST_SAMPLES", 8000)
-    for module in ("rounds", "here"):
+    for module in ("sampling.passes", "session.local_drawer"):
         monkeypatch.setattr(f"tracer.{module}.PASS_SIZES", (5000, 5000, 5000))
     path = tmp_path / "state.ckpt"
     whole = render()

@@ -1,6 +1,5 @@
-"""What is asked of whom, and again of whom, with workers that are made up."""
+"""What is sent, cancelled and taken in as a round is drawn, with workers that are made up."""
 
-import time
 from collections import namedtuple
 from types import SimpleNamespace
 
@@ -9,13 +8,12 @@ import pytest
 from distributed import CancelledError
 
 from tracer.cluster import round_scheduler
-from tracer.cluster.remote_estimate import Held
-from tracer.cluster.round_scheduler import Spread, anew
-from tracer.cluster.sums import packed
+from tracer.cluster.round_policy import Observation, Orders, RoundPolicy
+from tracer.cluster.round_scheduler import RoundScheduler, once_more
+from tracer.cluster.units import Unit, UnitRequest
 from tracer.cluster.work_balancer import Region
-from tracer.cluster.work_pool import Pool, Unit
 from tracer.errors import ClusterError, SceneMissingError
-from tracer.film.estimate import Estimate, Statistics
+from tracer.film.estimate import Statistics
 from tracer.sampling.wavefront import Stretch
 from tracer.scene.frame import PlainFrame
 
@@ -26,18 +24,17 @@ NO_MOMENTS = SimpleNamespace(moments=None, name="uniform")
 Future = namedtuple("Future", "key")
 
 
-class Crew:
-    """Three workers, of whom some are silent, and what they are busy with."""
+class Connection:
+    """Three workers, of whom some are silent."""
 
     address = "tcp://scheduler"
 
     def __init__(self):
-        self.client = SimpleNamespace(processing=lambda: self.busy, status="running", scatter=self.scatter)
-        self.busy = {worker: [] for worker in WORKERS}
-        self.hanging, self.shipped, self.scattered = set(), [], []
+        self.client = SimpleNamespace(status="running")
+        self.hanging, self.shipped = set(), []
 
     def workers(self):
-        return dict.fromkeys(self.busy, 1)
+        return dict.fromkeys(WORKERS, 1)
 
     def silent(self):
         return set(self.hanging)
@@ -45,44 +42,42 @@ class Crew:
     def ship(self, setup):
         self.shipped.append(setup)
 
-    def scatter(self, values, hash):
-        self.scattered += values
-        return [f"future {len(self.scattered)}"]
 
+class Sent:
+    """Notes (worker, first pixels) of all that is sent at once, what is listened to, and what is cancelled."""
 
-class Sent(list):
-    """Notes (worker, first pixel, source) of all units that are asked for, and what is cancelled."""
-
-    def __init__(self, post):
-        self.post, self.cancelled = post, []
-        post.send, post.listen, post.cancel = self.send, lambda *_: None, self.cancelled.extend
+    def __init__(self, messages):
+        self.batches, self.requests, self.cancelled, self.futures = [], [], [], 0
+        messages.send, messages.cancel = self.send, self.cancelled.extend
+        messages.listen = lambda _, request: self.requests.append(request)
 
     def send(self, pieces, worker, **_):
+        self.batches.append((worker, [first for _source, _skip, first, *_ in pieces]))
         pairs = []
-        for source, _skip, first, *_rest in pieces:
-            self.append((worker, first, source))
-            pairs.append((Future(f"drawn {len(self)}"), Future(f"told {len(self)}")))
+        for _ in pieces:
+            self.futures += 1
+            pairs.append((Future(f"drawn {self.futures}"), Future(f"told {self.futures}")))
         return pairs
 
 
 @pytest.fixture
-def spreading():
-    """Return who spreads, his crew, what he sends, and an estimate of which one round is to be drawn."""
-    crew = Crew()
-    found = Spread(crew, "setup", FRAME, NO_MOMENTS, 1 << 20)
-    found.present = set(WORKERS)
-    estimate = Held(FRAME, 0, 0, gather=found.gather, scatter=found.scatter)
+def cluster():
+    """Return a scheduler, its connection, what it sends, and an estimate of which one round is to be drawn."""
+    connection = Connection()
+    scheduler = RoundScheduler(connection, "setup", FRAME, NO_MOMENTS, 1 << 20)
+    estimate = scheduler.empty()
     ones = np.ones(PIXELS, np.uint32)
-    estimate.rounds = [Stretch(0, 0 * ones, ones)]
-    return SimpleNamespace(it=found, crew=crew, sent=Sent(found.post), estimate=estimate)
+    estimate.sums.rounds = [Stretch(0, 0 * ones, ones)]
+    sent = Sent(scheduler.messages)
+    return SimpleNamespace(scheduler=scheduler, connection=connection, sent=sent, estimate=estimate)
 
 
-def unit(first, size=10, worker=None, source=None, seconds=1.0, skip=0):
+def unit(first, size=10, worker=None, source=None):
     ones = np.ones(size, np.uint32)
-    return Unit(Region(first, size, source, skip, None, worker), ones, ones, seconds)
+    return Unit(Region(first, size, source, 0, None, worker), ones, ones)
 
 
-def took(worker="tcp://a", samples=100, opening=0.0, seconds=1.0, drawing=0.5):
+def report(worker="tcp://a", samples=100, opening=0.0, seconds=1.0, drawing=0.5):
     return {"samples": samples, "opening": opening, "drawing": drawing, "seconds": seconds, "worker": worker}
 
 
@@ -93,227 +88,140 @@ def row(size, count=1, invalid=0):
     return Statistics(counts, np.full((1, size), invalid, np.uint32), rays=rays, **singles, **none)
 
 
-def test_a_unit_goes_on_from_the_sums_that_there_are(spreading):
-    one = unit(10, source="sums", worker="tcp://b", skip=7)
-    source, skip, first, size, stretches = spreading.it.piece(spreading.estimate, one, anew=False)
-    assert (source, skip, first, size, len(stretches)) == ("sums", 7, 10, 10, 1)
-    assert spreading.it.piece(spreading.estimate, one, anew=True)[:4] == (None, 0, 10, 10)
+def answer(request, **more):
+    return request, (row(request.unit.region.size), report(**more))
 
 
-def test_what_is_drawn_anew_goes_on_from_the_sums_of_an_earlier_render(spreading):
-    arrays = [np.arange(PIXELS, dtype=np.uint32), np.arange(PIXELS) / 3]
-    spreading.estimate.begun = arrays
-    before, skip, *_ = spreading.it.piece(spreading.estimate, unit(10, source="sums", skip=7), anew=True)
-    assert skip == 0
-    assert np.array_equal(before["sums"].packed(), packed(arrays, 10, 10))
+def test_what_is_asked_of_a_worker_in_a_row_is_sent_at_once(cluster):
+    asked = [(0, "tcp://a", False), (10, "tcp://a", True), (20, "tcp://b", True), (30, None, True)]
+    requests = [UnitRequest(unit(first), worker, anew, 0.0) for first, worker, anew in asked]
+    cluster.scheduler.follow(Orders([], requests), cluster.estimate)
+    assert cluster.sent.batches == [("tcp://a", [0, 10]), ("tcp://b", [20]), (None, [30])]
+    assert cluster.sent.requests == requests
+    assert [request.futures[0].key for request in requests] == [f"drawn {k}" for k in (1, 2, 3, 4)]
+    assert cluster.scheduler.messages.traffic.again == 3
 
 
-def test_the_pace_of_a_unit_is_that_of_drawing_and_its_sums_are_its_own(spreading):
-    spreading.estimate.regions = [Region(0, 10), Region(10, 30)]
-    one = unit(10, size=30, source="sums", skip=7)
-    one.futures = [("late", "late told"), ("whole", "told")]
-    spreading.it.settle(spreading.estimate, one, "whole", row(30), took("tcp://b", 50, opening=2.0, seconds=3.0))
-    assert spreading.estimate.regions[1] == Region(10, 30, "whole", 0, 1 / 50, "tcp://b")
-    assert spreading.sent.cancelled == ["late", "late told"]
-    assert spreading.estimate.drawn().sum() == 30
+def test_both_futures_of_what_is_given_up_are_cancelled(cluster):
+    request = UnitRequest(unit(0), "tcp://a", False, 0.0, ("drawn", "told"))
+    cluster.scheduler.follow(Orders([request], []), cluster.estimate)
+    assert cluster.sent.cancelled == ["drawn", "told"]
 
 
-def test_what_is_given_out_begins_with_the_longest(spreading):
-    """Counts as 1, 4, 2, 3 of units whose sums one worker has."""
-    units = [unit(10 * k, worker="tcp://a", source="sums") for k in range(4)]
-    for one, count in zip(units, (1, 4, 2, 3), strict=True):
-        one.counts = one.counts * count
-    pool = Pool()
-    spreading.it.deal_out(spreading.estimate, units, ["tcp://a"], pool)
-    assert [first for _, first, _ in spreading.sent] == [10, 30]
-    assert [one.region.first for one in pool.kept["tcp://a"]] == [20, 0]
+def test_the_pace_of_a_unit_is_that_of_drawing_and_its_sums_are_its_own(cluster):
+    cluster.estimate.sums.regions = [Region(0, 10), Region(10, 30)]
+    request = UnitRequest(unit(10, size=30, source="sums"), "tcp://b", False, 0.0, ("drawn", "told"))
+    told = report("tcp://b", 50, opening=2.0, seconds=3.0)
+    cluster.scheduler.take_in(cluster.estimate, request, row(30), told)
+    assert cluster.estimate.sums.regions[1] == Region(10, 30, "drawn", 0, 1 / 50, "tcp://b")
+    assert cluster.estimate.drawn().sum() == 30
 
 
-def test_nothing_is_given_to_workers_that_are_silent(spreading):
-    spreading.it.silent = {"tcp://b"}
-    spreading.it.deal_out(spreading.estimate, [unit(10 * k) for k in range(4)], WORKERS, Pool())
-    assert {worker for worker, *_ in spreading.sent} == {"tcp://a", "tcp://c"}
-
-
-def test_sums_of_who_does_not_answer_are_drawn_anew(spreading):
-    spreading.it.silent = {"tcp://b"}
-    units = [unit(10 * k, worker=worker, source="sums") for k, worker in enumerate(["tcp://a", "tcp://b", "gone"])]
-    spreading.it.give(spreading.estimate, Pool(), "tcp://c", [*units, unit(30)])
-    assert {first: source for _, first, source in spreading.sent} == {0: "sums", 10: None, 20: None, 30: None}
-    assert {worker for worker, *_ in spreading.sent} == {"tcp://c"}
-    assert spreading.it.post.traffic.again == 2
-
-
-def at_work(spreading, *units, seconds=0.0):
-    """Give units to workers "a", "b" and so on, so long ago; return the pool that knows of it."""
-    pool = Pool()
-    for worker, one in zip(WORKERS, units, strict=False):
-        spreading.it.give(spreading.estimate, pool, worker, [one])
-        one.sent -= seconds
-        spreading.crew.busy[worker] = [one.futures[0][0].key]
-    spreading.sent.clear()
-    return pool
-
-
-def test_units_of_a_worker_that_is_gone_are_drawn_anew_at_once(spreading):
-    lost, own = unit(0, worker="tcp://a", source="sums"), unit(10)
-    pool = at_work(spreading, lost, own)
-    del spreading.crew.busy["tcp://a"]
-    spreading.it.send_again(spreading.estimate, {lost, own}, [1.0], pool)
-    assert spreading.sent == [(None, 0, None)]
-    assert len(lost.futures) == 1
-    assert "tcp://a" not in pool.at_work
-
-
-@pytest.mark.parametrize(("seconds", "usual", "again"), [(5.0, 1.0, 1), (3.0, 1.0, 0), (10.0, 4.0, 0), (13.0, 4.0, 1)])
-def test_a_late_unit_is_given_to_a_worker_that_has_nothing_to_do(spreading, seconds, usual, again):
-    """Late: more than three times as long as others, and more than 4 s."""
-    late, other = unit(0), unit(10)
-    pool = at_work(spreading, late, other, seconds=seconds)
-    other.sent = time.monotonic()
-    spreading.it.send_again(spreading.estimate, {late, other}, [usual] * 3, pool)
-    assert spreading.sent == [("tcp://c", 0, None)] * again
-
-
-def test_a_unit_that_waited_for_another_is_not_late(spreading):
-    late = unit(0)
-    pool = at_work(spreading, late, seconds=100.0)
-    spreading.it.last_done["tcp://a"] = time.monotonic() - 1
-    spreading.it.send_again(spreading.estimate, {late}, [1.0], pool)
-    assert spreading.sent == []
-
-
-def test_units_of_a_worker_that_hangs_are_given_to_the_others(spreading):
-    """What it draws, and what goes on from its sums."""
-    units = unit(0), unit(10, worker="tcp://a", source="sums"), unit(20)
-    pool = at_work(spreading, *units)
-    spreading.crew.hanging = {"tcp://a"}
-    spreading.it.send_again(spreading.estimate, set(units), [1.0], pool)
-    assert {(first, source) for _, first, source in spreading.sent} == {(0, None), (10, None)}
-    assert {worker for worker, *_ in spreading.sent} == {"tcp://b", "tcp://c"}
-
-
-def test_units_that_dask_moved_to_a_worker_that_hangs_are_given_away_once_more(spreading):
-    moved = unit(0)
-    pool = at_work(spreading, moved)
-    spreading.crew.hanging = {"tcp://a"}
-    for times in range(1, 4):
-        spreading.it.send_again(spreading.estimate, {moved}, [1.0], pool)
-        assert len(spreading.sent) == times
-        spreading.crew.busy["tcp://a"] = [whole.key for whole, _ in moved.futures]
-    spreading.crew.busy["tcp://b"] = [spreading.crew.busy["tcp://a"].pop()]
-    spreading.it.send_again(spreading.estimate, {moved}, [1.0], pool)
-    assert len(spreading.sent) == 3
-
-
-@pytest.mark.parametrize(("seconds", "again"), [(5.0, 0), (9.0, 1)])
-def test_what_was_sent_twice_is_late_after_twice_the_time(spreading, seconds, again):
-    late = unit(0)
-    pool = at_work(spreading, late, seconds=5.0)
-    spreading.it.send_again(spreading.estimate, {late}, [1.0], pool)
-    assert len(late.futures) == 2
-    spreading.sent.clear()
-    late.sent -= seconds
-    spreading.it.send_again(spreading.estimate, {late}, [1.0], pool)
-    assert len(spreading.sent) == again
-
-
-def test_what_nobody_was_asked_for_is_not_lost(spreading):
-    spreading.crew.hanging = {"tcp://a"}
-    spreading.it.send_again(spreading.estimate, {unit(0), unit(10, worker="tcp://a")}, [1.0], Pool())
-    assert spreading.sent == []
-
-
-def test_a_scene_is_sent_once_and_asked_for_three_times(spreading):
-    one = unit(0)
-    for _ in range(3):
-        spreading.it.failed(one, spreading.estimate, SceneMissingError("none"))
-    assert spreading.crew.shipped == ["setup"]
-    assert len(spreading.sent) == 3
-    with pytest.raises(SceneMissingError):
-        spreading.it.failed(one, spreading.estimate, SceneMissingError("none"))
-
-
-def test_lost_sums_are_drawn_anew_and_other_errors_are_told(spreading):
-    spreading.it.failed(unit(0, source="sums"), spreading.estimate, CancelledError("gone"))
-    assert spreading.sent == [(None, 0, None)]
-    with pytest.raises(ClusterError, match="cannot load tracer"):
-        spreading.it.failed(unit(0), spreading.estimate, ImportError("no such module"))
-
-
-def test_what_is_cut_off_is_a_region_of_its_own(spreading):
-    spreading.estimate.regions = [Region(0, 20), Region(20, 20)]
-    pool, waiting, long = Pool(), set(), unit(0, size=20, seconds=8.0)
-    pool.gave("tcp://a", [])
-    pool.gave("tcp://b", [])
-    pool.kept = {"tcp://a": [long]}
-    spreading.it.feed(spreading.estimate, pool, "tcp://b", waiting)
-    assert [(each.first, each.size) for each in spreading.estimate.regions] == [(0, 5), (5, 15), (20, 20)]
-    assert {each.region.first for each in waiting} == {5}
-    assert spreading.sent == [("tcp://b", 0, None)]
-
-
-def test_time_is_that_of_all_workers_together(spreading):
+def test_time_is_that_of_all_workers_together(cluster):
     """Half of 6 s is spent drawing, by three workers."""
-    one = unit(0, size=PIXELS)
-    spreading.estimate.regions = [one.region]
-    spreading.it.post.hear = lambda: [((one, "whole"), (row(PIXELS), took(samples=9, seconds=6.0, drawing=3.0)))]
-    (told,) = spreading.it.carry_out(spreading.estimate, [one])
+    whole = unit(0, size=PIXELS)
+    cluster.scheduler.messages.hear = lambda: [answer(cluster.sent.requests[0], samples=9, seconds=6.0, drawing=3.0)]
+    (told,) = cluster.scheduler.carry_out(cluster.estimate, [whole])
     assert (told.samples, told.seconds_drawing, told.seconds_adding) == (9, 1.0, 1.0)
 
 
-def test_only_what_is_missing_of_a_round_is_asked_for(spreading):
+def test_only_the_first_answer_is_taken_in(cluster):
+    """What another has drawn, too, comes at once with it, and would be added a second time."""
+    cluster.scheduler.messages.hear = lambda: [answer(cluster.sent.requests[0], samples=k) for k in (1, 2, 3)]
+    passes = list(cluster.scheduler.carry_out(cluster.estimate, [unit(0, size=PIXELS)]))
+    assert [each.samples for each in passes] == [1]
+    assert cluster.scheduler.messages.traffic.bytes_received == sum(each.nbytes for each in vars(row(PIXELS)).values())
+
+
+def test_a_round_that_is_left_early_cancels_what_is_under_way(cluster):
+    cluster.scheduler.messages.hear = lambda: [answer(cluster.sent.requests[0])]
+    cluster.estimate.sums.regions = [Region(10 * k, 10) for k in range(4)]
+    drawing = cluster.scheduler.carry_out(cluster.estimate, [unit(10 * k) for k in range(4)])
+    next(drawing)
+    drawing.close()
+    under_way = [future for request in cluster.sent.requests[1:] for future in request.futures]
+    assert sorted(cluster.sent.cancelled) == sorted(under_way)
+
+
+def test_when_nothing_is_heard_workers_are_looked_at_and_a_sign_of_life_is_given(cluster):
+    """A worker that was there when the round began is gone; its unit is asked for again, and done."""
+    cluster.scheduler.messages.observe = lambda requests: Observation(WORKERS[1:], (), (), {})
+    cluster.scheduler.messages.hear = lambda: [answer(again) for again in cluster.sent.requests[1:]]
+    units = [unit(0, size=PIXELS, worker="tcp://a", source="sums")]
+    passes = list(cluster.scheduler.carry_out(cluster.estimate, units))
+    assert [each.samples for each in passes] == [0, 100]
+    assert cluster.sent.batches == [("tcp://a", [0]), (None, [0])]
+
+
+def test_a_worker_that_hangs_when_a_round_begins_gets_nothing(cluster):
+    cluster.connection.hanging = {"tcp://b"}
+    cluster.scheduler.messages.hear = lambda: [answer(request) for request in cluster.sent.requests]
+    cluster.estimate.sums.regions = [Region(10 * k, 10) for k in range(4)]
+    list(cluster.scheduler.carry_out(cluster.estimate, [unit(10 * k) for k in range(4)]))
+    assert {worker for worker, _ in cluster.sent.batches} == {"tcp://a", "tcp://c"}
+
+
+def test_a_scene_is_sent_once_and_asked_for_three_times(cluster):
+    policy = RoundPolicy([lacking := unit(0)], WORKERS, ())
+    policy.begin(0.0)
+    for _ in range(3):
+        orders = cluster.scheduler.recover(policy, lacking.requests[0], SceneMissingError("none"))
+        assert len(orders.asked) == 1
+    assert cluster.connection.shipped == ["setup"]
+    with pytest.raises(SceneMissingError):
+        cluster.scheduler.recover(policy, lacking.requests[0], SceneMissingError("none"))
+
+
+def test_lost_sums_are_drawn_anew_and_other_errors_are_told(cluster):
+    policy = RoundPolicy([lost := unit(0, source="sums")], WORKERS, ())
+    policy.begin(0.0)
+    (again,) = cluster.scheduler.recover(policy, lost.requests[0], CancelledError("gone")).asked
+    assert (again.worker, again.anew) == (None, True)
+    with pytest.raises(ClusterError, match="cannot load tracer"):
+        cluster.scheduler.recover(policy, again, ImportError("no such module"))
+
+
+def test_only_what_is_missing_of_a_round_is_asked_for(cluster):
     """As after a stop: some pixels have what they are to have."""
     before, after = np.full((1, PIXELS), 2, np.uint32), np.full((1, PIXELS), 5, np.uint32)
-    spreading.estimate.learn(Region(0, 10), row(10, count=4, invalid=1))
-    spreading.estimate.learn(Region(10, 30), row(30, count=2))
-    spreading.estimate.regions = [Region(0, 10), Region(10, 30)]
+    cluster.estimate.learn(Region(0, 10), row(10, count=4, invalid=1))
+    cluster.estimate.learn(Region(10, 30), row(30, count=2))
     asked = []
-    spreading.it.carry_out = lambda estimate, units: asked.extend(units) or iter(())
-    list(spreading.it.draw(spreading.estimate, before, after, 0, 1.0))
-    counts = {one.region.first: one.counts.tolist() for one in asked}
+    cluster.scheduler.carry_out = lambda estimate, units: asked.extend(units) or iter(())
+    list(cluster.scheduler.draw(cluster.estimate, before, after, 0, 1.0))
+    counts = {each.region.first: each.counts.tolist() for each in asked}
     assert sum(map(sum, counts.values())) == 30 * 3
     assert 0 not in counts
 
 
-def test_what_is_drawn_once_more_has_all_samples_those_that_are_no_numbers_too(spreading):
-    spreading.estimate.learn(Region(10, 5), row(5, count=3, invalid=2))
-    once_more = anew(spreading.estimate, Region(10, 5, "sums", 4))
-    assert once_more.goal.tolist() == once_more.counts.tolist() == [5] * 5
-    assert (once_more.region.source, once_more.region.skip) == (None, 0)
+def test_what_is_drawn_once_more_has_all_samples_those_that_are_no_numbers_too(cluster):
+    cluster.estimate.learn(Region(10, 5), row(5, count=3, invalid=2))
+    again = once_more(cluster.estimate, Region(10, 5, "sums", 4))
+    assert again.goal.tolist() == again.counts.tolist() == [5] * 5
+    assert (again.region.source, again.region.skip) == (None, 0)
 
 
-def test_sums_are_taken_to_all_workers(spreading):
-    """40 pixels to three workers: 14, 14 and 12."""
-    whole = Estimate(FRAME)
-    arrays = [np.arange(PIXELS).astype(each.dtype) for each in whole.state()[1:]]
-    whole.restore([whole.layout, *arrays])
-    found = spreading.it.scatter(whole)
-    assert [(each.first, each.size, each.skip) for each in found] == [(0, 14, 0), (14, 14, 0), (28, 12, 0)]
-    for region, sent in zip(found, spreading.crew.scattered, strict=True):
-        assert np.array_equal(sent["sums"].packed(), packed(arrays, region.first, region.size))
+def test_sums_that_do_not_come_are_drawn_again_and_fetched(cluster, monkeypatch):
+    """Of two regions the second is lost the first time, and told of by another worker the second time."""
+    fetched, drawn = [], []
 
+    def fetch(connection, regions, silent, arrays, came):
+        fetched.append([region.source for region in regions])
+        for region in regions:
+            came[region.pixels] = region.source != "lost"
+        return 7
 
-def test_sums_of_workers_that_answer_are_fetched_first(spreading, monkeypatch):
-    heard, limits = [], []
+    def carry_out(estimate, units):
+        drawn.extend(units)
+        for each in units:
+            estimate.learn(Region(each.region.first, each.region.size, "drawn again"), row(each.region.size, count=3))
+        return iter(())
 
-    class Post:
-        traffic = SimpleNamespace()
-
-        def __init__(self, crew):
-            pass
-
-        def listen(self, source, about):
-            heard.append((source, about))
-
-        def hear(self):
-            limits.append(len(heard))
-            return [(about, CancelledError()) for _, about in heard[-1:]] if len(limits) <= 3 else []
-
-    monkeypatch.setattr(round_scheduler, "Post", Post)
-    monkeypatch.setattr(round_scheduler, "AT_ONCE", 1)
-    spreading.it.silent = {"tcp://a"}
-    regions = [Region(k, 1, f"sums {k}", worker=worker) for k, worker in enumerate(WORKERS)]
-    spreading.it.receive(regions, [], np.zeros(PIXELS, bool))
-    assert [source for source, _ in heard][-1] == "sums 0"
-    assert limits == [1, 2, 3]
+    monkeypatch.setattr(round_scheduler, "fetch_sums", fetch)
+    cluster.scheduler.carry_out = carry_out
+    cluster.estimate.learn(Region(0, 10, "sums"), row(10, count=3))
+    cluster.estimate.learn(Region(10, 30, "lost"), row(30, count=3))
+    cluster.scheduler.gather(cluster.estimate)
+    assert fetched == [["sums", "lost"], ["drawn again"]]
+    assert [(each.region.first, each.counts.sum()) for each in drawn] == [(10, 90)]
+    assert cluster.scheduler.messages.traffic.bytes_of_sums == 14

@@ -10,8 +10,8 @@ import pytest
 
 from tracer import scenes
 from tracer.cluster import worker_task
-from tracer.cluster.worker_scene import close_stage
-from tracer.cluster.worker_setup import Setup, Work, software
+from tracer.cluster.worker_scene import close_worker_scene
+from tracer.cluster.worker_setup import RoundSettings, Setup, software
 from tracer.errors import ClusterError
 from tracer.sampling.wavefront import Stretch
 from tracer.scene.fingerprint import fingerprint
@@ -19,14 +19,14 @@ from tracer.scene.view import open_scene
 from tracer.session.local_drawer import LocalDrawer
 
 SCENE = Path(scenes.__file__).parent / "spheres_and_rods.xml"
-WORK = Work(software(), None, 1 << 20, 5, 0.25)
+WORK = RoundSettings(software(), None, 1 << 20, 5, 0.25)
 
 
 @pytest.fixture
 def setup():
     threads = dr.thread_count()
     yield Setup(str(SCENE), fingerprint(SCENE, {}), "llvm_ad_rgb", size=16)
-    close_stage()
+    close_worker_scene()
     dr.set_thread_count(threads)
 
 
@@ -64,10 +64,10 @@ def test_units_have_the_sums_of_the_picture(setup, tmp_path):
     for found in (then, anew):
         for one, other in zip(found["sums"].strip.state()[1:], whole, strict=True):
             assert np.array_equal(one, other[30:70])
-        assert np.array_equal(found["known"].count[0], whole[0][30:70])
-    assert first["took"]["samples"] == 3 * 60
-    assert anew["took"]["samples"] == then["took"]["samples"] + 3 * 40 == stretches[1].after[30:70].sum()
-    assert then["took"]["worker"] == "tcp://here"
+        assert np.array_equal(found["statistics"].count[0], whole[0][30:70])
+    assert first["report"]["samples"] == 3 * 60
+    assert anew["report"]["samples"] == then["report"]["samples"] + 3 * 40 == stretches[1].after[30:70].sum()
+    assert then["report"]["worker"] == "tcp://here"
 
 
 def test_a_unit_keeps_to_the_scale_and_the_largest_pass_of_its_work(setup, tmp_path, monkeypatch):
@@ -79,7 +79,7 @@ def test_a_unit_keeps_to_the_scale_and_the_largest_pass_of_its_work(setup, tmp_p
         return line(self, *arguments)
 
     monkeypatch.setattr(LocalDrawer, "draw_line", watch)
-    work = Work(software(), None, 4096, 9, 0.125)
+    work = RoundSettings(software(), None, 4096, 9, 0.125)
     draw(setup, tmp_path, (0, 5), rounds(16 * 16)[:1], work=work)
     assert seen == [(4096, 9, 0.125)]
 
@@ -88,12 +88,12 @@ def test_nothing_that_dask_frees_is_of_dr_jits_memory(setup, tmp_path):
     """Dask would free it on its own thread, and wait there for ever now and then."""
     with open_scene(SCENE, size=16) as view:
         stretches = rounds(view.pixel_count)
-    known = draw(setup, tmp_path, (0, 40), stretches)["known"]
+    known = draw(setup, tmp_path, (0, 40), stretches)["statistics"]
     assert all(type(values) is np.ndarray and values.flags.owndata for values in vars(known).values())
 
 
 def test_a_worker_of_another_version_draws_nothing(setup, monkeypatch):
     monkeypatch.setattr(worker_task, "get_worker", lambda: SimpleNamespace(address="tcp://old"))
-    work = Work({**software(), "Mitsuba": "3.0"}, None, 1 << 20, 5, 0.25)
+    work = RoundSettings({**software(), "Mitsuba": "3.0"}, None, 1 << 20, 5, 0.25)
     with pytest.raises(ClusterError, match="tcp://old has Mitsuba"):
-        worker_task.draw_unit(None, 0, 0, 1, [], setup=setup, work=work)
+        worker_task.draw_unit(None, 0, 0, 1, [], setup=setup, settings=work)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from tracer.sampling.wavefront import PACKET, Line, Stretch, lane_pixels
 from tracer.scene.view import open_scene
-from tracer.session.local_drawer import Here
+from tracer.session.local_drawer import LocalDrawer
 
 
 def traced(line, size, first_pixel=0):
@@ -135,7 +135,7 @@ def test_the_size_of_passes_changes_no_bit_where_rays_meet_two_surfaces(seed):
     with open_scene(files("tracer.scenes") / "window_interior.xml", size=(256, 256)) as view:
         counts = np.full(view.grid, 16, np.uint32)
         for size in (1 << 20, 70_001):
-            drawer = Here(view, mi.load_dict({"type": "owen_sobol"}), None, largest_pass=size)
+            drawer = LocalDrawer(view, mi.load_dict({"type": "owen_sobol"}), None, largest_pass=size)
             estimate = drawer.empty()
             for _ in drawer.draw(estimate, 0 * counts, counts, seed, 0.25):
                 pass

@@ -178,14 +178,14 @@ def test_what_hangs_in_mitsuba_ends_on_one_signal_with_its_checkpoint(scene, tmp
 
 WORKERS_HANG = """
 import os, time
-from tracer.cluster import unit
+from tracer.cluster import worker_task
 
 def sleep_with_the_lock(*arguments):
     import ctypes
     print(os.getpid(), flush=True)
     ctypes.PyDLL(None).sleep(1000)  # holds Python's lock, as code of Mitsuba may
 
-unit.draw_on_device = sleep_with_the_lock
+worker_task.draw_on_device = sleep_with_the_lock
 """
 LOADS_MORE = """
 import distributed

@@ -6,8 +6,12 @@ travels is the counts, one way, and the statistics that decisions are made from,
 the picture is developed. As samples are keyed, and as those of a pixel are added in their order whoever adds them, the
 sums are those of one process, bit for bit, and what is lost with a worker is drawn again.
 
-``setup`` says what a worker must know, ``stage`` is what a worker keeps open, ``unit`` is what it does, ``regions``
-cuts up the picture, ``held`` is the estimate whose sums are elsewhere, ``spread`` draws a round, ``crew`` connects.
+What decides knows neither Dask nor a clock: ``work_balancer`` cuts the picture into regions and deals them out,
+``units`` are what a round is cut into, ``work_pool`` keeps some back for whoever is done first, ``round_policy`` says
+who is asked for which unit, and for which again. What carries that out: ``connection`` connects, ``messages`` sends
+and hears, ``sums_transfer`` moves sums, ``round_scheduler`` draws a round. ``remote_estimate`` is the estimate whose
+sums are elsewhere, ``remote_sums`` says where. On workers, ``worker_setup`` is what they must know, ``worker_scene``
+what they keep open, ``worker_task`` what they do.
 """
 
 from __future__ import annotations
@@ -29,7 +33,7 @@ def hired(cluster: Any) -> Iterator[Workers | None]:
     if cluster is None:
         yield None
         return
-    from tracer.cluster.remote_drawer import hire  # Dask is for who asks for it
+    from tracer.cluster.remote_drawer import open_workers  # Dask is for who asks for it
 
-    with hire(cluster) as workers:
+    with open_workers(cluster) as workers:
         yield workers

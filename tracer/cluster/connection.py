@@ -22,6 +22,7 @@ except ImportError:
     raise ClusterError(f"Workers need Dask distributed; install it, {install_command('cluster')}.") from None
 
 from tracer.cluster.bundle import Bundle, pack
+from tracer.cluster.round_policy import silent_workers
 from tracer.cluster.worker_scene import THREADS
 from tracer.cluster.worker_setup import Setup, require_same, software
 from tracer.cluster.worker_task import prepare
@@ -30,15 +31,13 @@ logger = logging.getLogger(__name__)
 
 LONGEST_WAIT = 20.0
 """Seconds to wait for a scheduler, or for its first worker."""
-SILENT_SECONDS = 10.0
-"""Workers say every 0.5 to 5 seconds that they are there; one that has not for so long hangs."""
 MOST_DEATHS = 5
 """Workers that may die over one unit before it is taken to be what kills them; of a cluster of our own."""
 
 
 @dataclass(frozen=True)
-class Crew:
-    """Workers that draw."""
+class Connection:
+    """To the scheduler of workers that draw."""
 
     client: Any
     """``distributed.Client``."""
@@ -54,9 +53,7 @@ class Crew:
     def silent(self) -> set[str]:
         """Return the workers that the scheduler has not heard of while it heard of others."""
         workers = self.client.scheduler_info(n_workers=-1).get("workers", {})
-        seen = {name: each["last_seen"] for name, each in workers.items()}
-        last = max(seen.values(), default=0.0)
-        return {name for name, when in seen.items() if last - when > SILENT_SECONDS}
+        return silent_workers({name: each["last_seen"] for name, each in workers.items()})
 
     def ship(self, setup: Setup) -> None:
         """Send a scene with all of its files to all workers, and to those that come later. Raises ClusterError."""
@@ -83,21 +80,21 @@ def log_failure(future: Any) -> None:
 
 
 @contextmanager
-def open_crew(cluster: Any) -> Iterator[Crew]:
-    """Yield workers. ``cluster``: how many there are to be on this machine, the address of a scheduler, or a client.
+def open_connection(cluster: Any) -> Iterator[Connection]:
+    """Connect to workers: ``cluster`` says how many on this machine, or the address of a scheduler, or a client.
 
     Raises ClusterError if there are none, or if they are not made of the same as this process.
     """
     if isinstance(cluster, distributed.Client):
-        yield checked(Crew(cluster, str(cluster.scheduler.address)))
+        yield checked(Connection(cluster, str(cluster.scheduler.address)))
     elif isinstance(cluster, str):
         be_quiet()
         with connected(cluster) as client:
-            yield checked(Crew(client, str(client.scheduler.address)))
+            yield checked(Connection(client, str(client.scheduler.address)))
     elif isinstance(cluster, int) and cluster >= 1:
         be_quiet()
         with own_cluster(cluster) as address, connected(address) as client:
-            yield checked(Crew(client, str(client.scheduler.address)))
+            yield checked(Connection(client, str(client.scheduler.address)))
     else:
         raise SettingsError(f"A cluster is a number of workers, an address, or a dask client, not {cluster!r}.")
 
@@ -115,6 +112,8 @@ def own_cluster(workers: int) -> Iterator[Any]:
     threads = max(1, len(os.sched_getaffinity(0)) // workers)
     settings = {
         "distributed.scheduler.allowed-failures": MOST_DEATHS,
+        # worker-ttl stays at Dask's five minutes: it ends a worker that hangs, but also one that opens a scene for as
+        # long without a sign of life, and others draw its units long before.
         # We deal out the units ourselves. A worker that hangs looks idle, so Dask would move units of others to it.
         "distributed.scheduler.work-stealing": False,
         # What nobody looks at here takes time from threads that have other things to do.
@@ -162,17 +161,19 @@ def connected(cluster: Any) -> Iterator[Any]:
         client.close(timeout=5)
 
 
-def checked(crew: Crew) -> Crew:
-    """Return the crew, if it has workers, and those are made of the same as this process; else raise ClusterError."""
+def checked(connection: Connection) -> Connection:
+    """Return a connection if it has workers that are made of the same as this process. Raises ClusterError."""
     try:
-        crew.client.wait_for_workers(1, timeout=LONGEST_WAIT)
+        connection.client.wait_for_workers(1, timeout=LONGEST_WAIT)
     except TimeoutError:
-        raise ClusterError(f"The scheduler {crew.address} has no workers; start one with 'dask worker'.") from None
-    present = sorted(set(crew.workers()) - crew.silent())  # one that hangs would never answer
-    for worker, found in crew.client.run(software, workers=present, on_error="return").items():
+        raise ClusterError(
+            f"The scheduler {connection.address} has no workers; start one with 'dask worker'."
+        ) from None
+    present = sorted(set(connection.workers()) - connection.silent())  # one that hangs would never answer
+    for worker, found in connection.client.run(software, workers=present, on_error="return").items():
         if isinstance(found, Exception):
             raise ClusterError(
                 f"Worker {worker} cannot load tracer ({type(found).__name__}: {found}); install the same version there."
             )
         require_same(found, software(), worker)
-    return crew
+    return connection

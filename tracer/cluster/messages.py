@@ -14,20 +14,22 @@ from distributed import CancelledError, Future, KilledWorker
 from distributed.client import ClosedClientError
 from distributed.utils_comm import gather_from_workers
 
-from tracer.cluster.connection import Crew
-from tracer.cluster.worker_task import draw_unit, tell
+from tracer.cluster.connection import Connection
+from tracer.cluster.round_policy import Observation
+from tracer.cluster.units import UnitRequest
+from tracer.cluster.worker_task import draw_unit, reported
 from tracer.errors import ClusterError
 
 TICK = 0.5
 """Seconds after which a person is heard, even if nothing came."""
 GONE_SECONDS = 10.0
 """A scheduler that cannot be reached for so long is gone."""
-LARGEST_LETTER = "100 GiB"
+LARGEST_GRAPH = "100 GiB"
 """Of which Dask does not warn: sums go with units where there is no other way."""
 UNANSWERED = (OSError, TimeoutError, ClosedClientError)
 """What Dask raises where a scheduler does not answer."""
 
-Mail = tuple[Any, Any]
+Message = tuple[Any, Any]
 """What it is about, and a result or what went wrong."""
 
 
@@ -44,13 +46,13 @@ class Traffic:
     """Of those received."""
 
 
-class Post:
+class Messages:
     """Sends units, and brings what is told of them and the sums that they leave."""
 
-    def __init__(self, crew: Crew) -> None:
-        self.crew, self.client = crew, crew.client
+    def __init__(self, connection: Connection) -> None:
+        self.connection, self.client = connection, connection.client
         self.traffic = Traffic()
-        self.inbox: queue.SimpleQueue[Mail] = queue.SimpleQueue()
+        self.inbox: queue.SimpleQueue[Message] = queue.SimpleQueue()
         self.unreachable_since: float | None = None
 
     @contextmanager
@@ -59,11 +61,7 @@ class Post:
         try:
             yield
         except UNANSWERED:
-            raise self.gone() from None
-
-    def gone(self) -> ClusterError:
-        """Return the error for a scheduler that cannot be reached."""
-        return ClusterError(f"The scheduler {self.crew.address} is gone.")
+            raise gone(self.connection) from None
 
     def require_scheduler(self) -> None:
         """Raise ClusterError if the scheduler cannot be reached any more."""
@@ -72,22 +70,22 @@ class Post:
             return
         self.unreachable_since = self.unreachable_since or time.monotonic()
         if self.client.status == "closed" or time.monotonic() - self.unreachable_since > GONE_SECONDS:
-            raise self.gone()
+            raise gone(self.connection)
 
     def workers(self) -> list[str]:
         """Return the addresses of the workers there are. Raises ClusterError."""
         self.require_scheduler()
-        found = list(self.crew.workers())
+        found = list(self.connection.workers())
         if not found:
-            raise ClusterError(f"The scheduler {self.crew.address} has no workers any more.")
+            raise ClusterError(f"The scheduler {self.connection.address} has no workers any more.")
         return found
 
     def send(self, pieces: Sequence[tuple[Any, ...]], worker: str | None, **alike: Any) -> list[tuple[Future, Future]]:
         """Ask for units, if it is given from a ``worker``; return what will be drawn and what will be told of it."""
         where = {} if worker is None else {"workers": [worker], "allow_other_workers": True}
-        with dask.config.set({"distributed.admin.large-graph-warning-threshold": LARGEST_LETTER}):
+        with dask.config.set({"distributed.admin.large-graph-warning-threshold": LARGEST_GRAPH}):
             drawn = self.client.map(draw_unit, *zip(*pieces, strict=True), **alike, pure=False, **where)
-        told = self.client.map(tell, drawn, pure=False, **where)
+        told = self.client.map(reported, drawn, pure=False, **where)
         self.traffic.units += len(pieces)
         self.traffic.bytes_sent += sum(each.nbytes for *_, stretches in pieces for each in stretches)
         return list(zip(drawn, told, strict=True))
@@ -97,34 +95,20 @@ class Post:
         future.add_done_callback(lambda done: self.client.loop.add_callback(self.deliver, done, about))
 
     async def deliver(self, future: Future, about: Any) -> None:
-        """Bring a result. Each comes for itself: Dask's own way would let all wait for a worker that hangs."""
+        """Bring a result. Each comes for itself: Dask gathers several at a time, and one that hangs holds up all."""
         outcome: Any = CancelledError(str(future.key))
         if future.status == "error":
             outcome = await future.exception()
         elif future.status == "finished":
             try:
-                outcome = await self.result_of(future.key)
+                outcome = await fetch(self.client, future.key)
             except (CancelledError, *UNANSWERED):
                 pass  # lost with its worker: whoever waits for it has it drawn again
             except Exception as error:  # else nobody would hear of it, and the render would wait for ever
                 outcome = error
         self.inbox.put((about, outcome))
 
-    async def result_of(self, key: Any) -> Any:
-        """Return a result from the worker that has it, or by way of the scheduler if that cannot be reached from here.
-
-        Raises CancelledError if nobody has it.
-        """
-        holders = await self.client.scheduler.who_has(keys=[key])
-        found, missing, failed, _ = await gather_from_workers(holders, rpc=self.client.rpc, who=self.client.id)
-        if missing or failed:
-            response = await self.client.scheduler.gather(keys=[key])
-            if response["status"] != "OK":
-                raise CancelledError(str(key))
-            found = response["data"]
-        return found[key]
-
-    def hear(self) -> list[Mail]:
+    def hear(self) -> list[Message]:
         """Return what came; nothing after a while. Raises ClusterError."""
         self.require_scheduler()
         try:
@@ -140,6 +124,38 @@ class Post:
         if futures:
             with suppress(*UNANSWERED):  # a scheduler that is gone works on nothing; whoever needs it next says so
                 self.client.cancel(list(futures))
+
+    def observe(self, requests: Sequence[UnitRequest]) -> Observation:
+        """Return what the scheduler knows of its workers, and who has which of the requests."""
+        busy = self.client.processing()
+        worker_of = {key: worker for worker, keys in busy.items() for key in keys}
+        holders = {
+            request: worker_of[future.key]
+            for request in requests
+            for future in reversed(request.futures or ())
+            if future.key in worker_of
+        }
+        return Observation(list(busy), self.connection.silent(), {name for name in busy if not busy[name]}, holders)
+
+
+async def fetch(client: Any, key: Any) -> Any:
+    """Return a result from the worker that has it, or by way of the scheduler if that cannot be reached from here.
+
+    Raises CancelledError if nobody has it.
+    """
+    holders = await client.scheduler.who_has(keys=[key])
+    found, missing, failed, _ = await gather_from_workers(holders, rpc=client.rpc, who=client.id)
+    if missing or failed:
+        response = await client.scheduler.gather(keys=[key])
+        if response["status"] != "OK":
+            raise CancelledError(str(key))
+        found = response["data"]
+    return found[key]
+
+
+def gone(connection: Connection) -> ClusterError:
+    """Return the error for a scheduler that cannot be reached."""
+    return ClusterError(f"The scheduler {connection.address} is gone.")
 
 
 def explained(error: BaseException) -> BaseException:

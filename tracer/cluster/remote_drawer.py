@@ -9,8 +9,8 @@ from typing import Any
 
 import mitsuba as mi
 
-from tracer.cluster.connection import open_crew
-from tracer.cluster.round_scheduler import Spread
+from tracer.cluster.connection import open_connection
+from tracer.cluster.round_scheduler import RoundScheduler
 from tracer.cluster.worker_setup import make_setup
 from tracer.core.plain_values import plain
 from tracer.scene.loaded import LoadedScene
@@ -19,16 +19,16 @@ from tracer.session.request import Request, Workers
 
 
 @contextmanager
-def hire(cluster: Any) -> Iterator[Workers]:
-    """Yield a function that lets workers draw what a request asks for; see ``open_crew`` for ``cluster`` and errors."""
-    with open_crew(plain(cluster)) as crew:
+def open_workers(cluster: Any) -> Iterator[Workers]:
+    """Yield a function that lets workers draw what a request asks for; see ``open_connection`` for errors."""
+    with open_connection(plain(cluster)) as connection:
 
         def workers(request: Request, scene_hash: str) -> DrawerFor:
             loaded = isinstance(request.scene, LoadedScene)
             scene, define = (request.scene.path, request.scene.define) if loaded else (request.scene, request.define)
             seen = {"integrator": request.integrator, "size": request.size, "crop": request.crop}
             setup = make_setup(scene, scene_hash, mi.variant(), define, request.sensor, **seen)
-            crew.begin(setup)
-            return partial(Spread, crew, setup)
+            connection.begin(setup)
+            return partial(RoundScheduler, connection, setup)
 
         yield workers

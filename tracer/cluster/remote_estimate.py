@@ -2,61 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.cluster.remote_sums import RemoteSums
 from tracer.cluster.work_balancer import Region
-from tracer.cluster.worker_setup import Work
-from tracer.core.arrays import Counts
 from tracer.film.estimate import Estimate, Statistics
-from tracer.sampling.wavefront import Stretch
 from tracer.scene.frame import Frame
 
-Gather = Callable[["Held"], Estimate]
-Scatter = Callable[[Estimate], list[Region]]
+
+class SumsKeeper(Protocol):
+    """Whoever can bring sums here, and take them to workers."""
+
+    def gather(self, estimate: RemoteEstimate) -> Estimate:
+        """Return an estimate in this process with all sums. Raises ClusterError."""
+
+    def scatter(self, whole: Estimate) -> list[Region]:
+        """Take sums to workers; return where they are."""
 
 
-class Held(Estimate):
-    """Sums of a frame, by regions, in the hands of workers."""
+class RemoteEstimate(Estimate):
+    """An estimate of a frame whose sums are with workers."""
 
-    def __init__(self, view: Frame, moments: int, peaks: int, gather: Gather, scatter: Scatter) -> None:
-        """``gather`` brings all sums here, ``scatter`` takes them to workers."""
+    def __init__(self, view: Frame, moments: int, peaks: int, keeper: SumsKeeper) -> None:
+        """See ``Estimate``."""
         self.view, self.reach = view, view.reach
         self.moments, self.peaks = moments, peaks
-        self.gather, self.scatter = gather, scatter
-        self.regions = [Region(0, view.pixel_count)]
-        self.work: Work | None = None
-        """What its samples have in common, once there are any."""
-        self.begun: list[NDArray] | None = None
-        """Sums of an earlier render that this one goes on from. No worker can draw them again, so they are kept."""
-        self.rounds: list[Stretch] = []
-        """What was drawn since then, or is being drawn."""
+        self.keeper = keeper
+        self.sums = RemoteSums([Region(0, view.pixel_count)])
         self.known = nothing(view, moments, peaks)
+        """Statistics, all that decisions are made from."""
         self.whole_here: Estimate | None = None
+        """The sums, where they were brought here and no samples have come since."""
 
-    def learn(self, region: Region, found: Statistics) -> None:
-        """Take in the statistics of a region, of a grid of one row."""
-        for name, values in vars(found).items():
-            mine = getattr(self.known, name)
-            mine.reshape(self.view.pixel_count, *mine.shape[2:])[region.pixels] = values[0]
+    def learn(self, region: Region, statistics: Statistics) -> None:
+        """Take in where the sums of a region are now, and its statistics, of a grid of one row."""
+        self.sums.put(region)
+        for name, values in vars(statistics).items():
+            own = getattr(self.known, name)
+            own.reshape(self.view.pixel_count, *own.shape[2:])[region.pixels] = values[0]
         self.whole_here = None
-
-    def cut(self, parts: list[Region]) -> None:
-        """Put the parts of a region in its place."""
-        place = next(k for k, region in enumerate(self.regions) if region.first == parts[0].first)
-        self.regions[place : place + 1] = parts
-
-    def rounds_of(self, region: Region, goal: Counts) -> list[Stretch]:
-        """Return what has to be drawn of a region, so that its pixels go from what there was to ``goal`` (P,)."""
-        found = []
-        for whole in self.rounds:
-            before, after = whole.before[region.pixels], whole.after[region.pixels]
-            if np.any(before < after) and np.all(after <= goal):
-                found.append(whole.part(region.first, region.size))
-        return found
 
     def statistics(self) -> Statistics:
         """See ``Estimate``."""
@@ -73,7 +60,7 @@ class Held(Estimate):
     def here(self) -> Estimate:
         """Return an estimate in this process with the sums of all workers. Raises ClusterError."""
         if self.whole_here is None:
-            self.whole_here = self.gather(self)
+            self.whole_here = self.keeper.gather(self)
         return self.whole_here
 
     def develop(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -88,9 +75,9 @@ class Held(Estimate):
         """See ``Estimate``."""
         whole = Estimate(self.view, self.moments, self.peaks)
         whole.restore(state)
-        self.begun = state[1:]
         self.known = whole.statistics()
-        self.regions = self.scatter(whole)
+        self.sums.begun = state[1:]
+        self.sums.regions = self.keeper.scatter(whole)
         self.whole_here = whole
 
 

@@ -47,12 +47,21 @@ class Region:
         """Where its pixels are in arrays of the whole picture."""
         return slice(self.first, self.first + self.size)
 
+    def part(self, begin: int, end: int) -> Region:
+        """Return the pixels from ``begin`` up to ``end``, counted from the first one, with their place in the sums."""
+        return replace(self, first=self.first + begin, size=end - begin, skip=self.skip + begin)
+
+
+def expected_seconds(sample_counts: Sequence[int], paces: Sequence[float | None]) -> list[float]:
+    """Return how long so many samples should take at their paces (seconds a sample), the mean where none is known."""
+    known = [pace for pace in paces if pace is not None]
+    typical = sum(known) / len(known) if known else TYPICAL_PACE
+    return [count * (typical if pace is None else pace) for count, pace in zip(sample_counts, paces, strict=True)]
+
 
 def seconds_of(regions: Sequence[Region], counts: NDArray[np.uint32]) -> list[float]:
     """Return how long each region is expected to take for its ``counts`` (P,), even if none has been drawn yet."""
-    known = [region.pace for region in regions if region.pace is not None]
-    typical = sum(known) / len(known) if known else TYPICAL_PACE
-    return [samples_of(region, counts) * (typical if region.pace is None else region.pace) for region in regions]
+    return expected_seconds([samples_of(region, counts) for region in regions], [region.pace for region in regions])
 
 
 def samples_of(region: Region, counts: NDArray[np.uint32]) -> int:
@@ -86,10 +95,7 @@ def split_at(region: Region, counts: NDArray[np.uint32], shares: Sequence[float]
     ends = np.cumsum(counts, dtype=np.int64)
     wanted = np.floor(ends[-1] * np.asarray(shares))
     borders = np.unique([0, *np.minimum(np.searchsorted(ends, wanted, side="left") + 1, region.size), region.size])
-    return [
-        replace(region, first=region.first + int(begin), size=int(end - begin), skip=region.skip + int(begin))
-        for begin, end in itertools.pairwise(borders.astype(int))
-    ]
+    return [region.part(int(begin), int(end)) for begin, end in itertools.pairwise(borders)]
 
 
 def deal(regions: Sequence[Region], seconds: Sequence[float], workers: Sequence[str]) -> list[str]:

@@ -29,10 +29,10 @@ Place = tuple[Path, int]
 """Folder of a worker, and threads that it draws with."""
 
 
-class Stage:
-    """An open view, and who draws it."""
+class WorkerScene:
+    """A scene that a worker has open, and who draws it."""
 
-    current: Stage | None = None
+    current: WorkerScene | None = None
     """The one that was used last. One at a time: scenes are large, and each slows down the others."""
 
     def __init__(self, setup: Setup, folder: Path, threads: int) -> None:
@@ -72,20 +72,20 @@ def place_of(worker: Any) -> Place:
     return Path(worker.local_directory), int(threads)
 
 
-def stage_for(setup: Setup, folder: Path, threads: int) -> Stage:
-    """Return the open stage of a setup, in place of any other. Call it on DEVICE only."""
-    if Stage.current is None or Stage.current.setup != setup:
-        close_stage()
-        Stage.current = Stage(setup, folder, threads)
-    return Stage.current
+def open_worker_scene(setup: Setup, folder: Path, threads: int) -> WorkerScene:
+    """Return the open scene of a setup, in place of any other. Call it on DEVICE only."""
+    if WorkerScene.current is None or WorkerScene.current.setup != setup:
+        close_worker_scene()
+        WorkerScene.current = WorkerScene(setup, folder, threads)
+    return WorkerScene.current
 
 
 @atexit.register
-def close_stage() -> None:
+def close_worker_scene() -> None:
     """Let go of the scene that is open, while Mitsuba is still there."""
-    if Stage.current is not None:
-        Stage.current.close()
-        Stage.current = None
+    if WorkerScene.current is not None:
+        WorkerScene.current.close()
+        WorkerScene.current = None
 
 
 def find_scene(setup: Setup, folder: Path) -> Path:

@@ -32,7 +32,7 @@ class Setup:
 
 
 @dataclass(frozen=True)
-class Work:
+class RoundSettings:
     """What all units of a round have in common."""
 
     made_of: dict[str, str]

@@ -10,14 +10,14 @@ import numpy as np
 from distributed import get_worker
 
 from tracer.cluster.sums import TRASH, Sums
-from tracer.cluster.worker_scene import DEVICE, Place, place_of, stage_for
-from tracer.cluster.worker_setup import Setup, Work, require_same, software
+from tracer.cluster.worker_scene import DEVICE, Place, open_worker_scene, place_of
+from tracer.cluster.worker_setup import RoundSettings, Setup, require_same, software
 from tracer.sampling.wavefront import Line, Stretch
 from tracer.session.local_drawer import Pass
 from tracer.session.memory import SMALLEST_PASS
 
 
-class Took(TypedDict):
+class UnitReport(TypedDict):
     """What a unit took."""
 
     samples: int
@@ -37,28 +37,30 @@ def draw_unit(
     stretches: list[Stretch],
     *,
     setup: Setup,
-    work: Work,
+    settings: RoundSettings,
 ) -> dict[str, Any]:
     """Draw what ``size`` pixels from ``first_pixel`` lack of one or several rounds, and add it to the sums there are.
 
     ``before``: what an earlier unit returned for these pixels and others, ``skip`` pixels before them; None: there are
     no sums yet. ``stretches``: of each round, these pixels and those that share packets with them.
 
-    Returns ``sums`` (Sums), ``known`` (Statistics of a grid of one row) and ``took`` (samples, seconds). Raises
+    Returns ``sums`` (Sums), ``statistics`` (Statistics of a grid of one row) and ``report`` (UnitReport). Raises
     ClusterError if this worker is not made of the same as the client.
     """
     worker = get_worker()
-    require_same(software(), work.made_of, worker.address)
+    require_same(software(), settings.made_of, worker.address)
     place = place_of(worker)
     pixels = first_pixel, size
-    return DEVICE.submit(draw_on_device, worker.address, setup, place, work, before, skip, pixels, stretches).result()
+    return DEVICE.submit(
+        draw_on_device, worker.address, setup, place, settings, before, skip, pixels, stretches
+    ).result()
 
 
 def draw_on_device(
     address: str,
     setup: Setup,
     place: Place,
-    work: Work,
+    settings: RoundSettings,
     before: dict[str, Any] | None,
     skip: int,
     pixels: tuple[int, int],
@@ -67,13 +69,13 @@ def draw_on_device(
     """Do the work of ``draw_unit``; ``place``: folder and threads of the worker, ``pixels``: the first, how many."""
     start = time.perf_counter()
     TRASH.clear()
-    stage = stage_for(setup, *place)
+    scene = open_worker_scene(setup, *place)
     opening = time.perf_counter() - start
-    drawer = stage.drawer(work.criterion)
-    drawer.largest_pass = work.largest_pass
+    drawer = scene.drawer(settings.criterion)
+    drawer.largest_pass = settings.largest_pass
     with dr.suspend_grad():
         first, size = pixels
-        strip = stage.strip(size, drawer.kinds)
+        strip = scene.strip(size, drawer.kinds)
         if before is not None:
             before["sums"].fill(strip, skip)
         passes: list[Pass] = []
@@ -81,33 +83,33 @@ def draw_on_device(
             drawn = stretch.after.copy()  # of its neighbours nothing is to be drawn
             drawn[first - stretch.first_pixel :][:size] = strip.drawn().ravel()
             line = Line(stretch, drawn, first)
-            passes += drawer.draw_line(strip, line, work.seed, work.scale, first)
-        known = strip.statistics()
+            passes += drawer.draw_line(strip, line, settings.seed, settings.scale, first)
+        statistics = strip.statistics()
         dr.sync_thread()
-    took = Took(
+    report = UnitReport(
         samples=sum(one.samples for one in passes),
         opening=opening,
         drawing=sum(one.seconds_drawing for one in passes),
         seconds=time.perf_counter() - start,
         worker=address,
     )
-    return {"sums": Sums(strip), "known": known, "took": took}
+    return {"sums": Sums(strip), "statistics": statistics, "report": report}
 
 
-def tell(drawn: dict[str, Any]) -> tuple[Any, Took]:
+def reported(drawn: dict[str, Any]) -> tuple[Any, UnitReport]:
     """Return what the client hears of a unit: statistics, and what it took."""
-    return drawn["known"], drawn["took"]
+    return drawn["statistics"], drawn["report"]
 
 
 def prepare(setup: Setup) -> None:
     """Open the scene, and compile what units need, before the first does. Raises whatever that raises."""
     worker = get_worker()
     place = place_of(worker)
-    work = Work(software(), None, SMALLEST_PASS, 0, 1.0)
+    settings = RoundSettings(software(), None, SMALLEST_PASS, 0, 1.0)
     one = np.ones(1, np.uint32)
 
     def compile_all() -> None:
-        drawn = draw_on_device(worker.address, setup, place, work, None, 0, (0, 1), [Stretch(0, 0 * one, one)])
-        draw_on_device(worker.address, setup, place, work, drawn, 0, (0, 1), [Stretch(0, one, 2 * one)])
+        drawn = draw_on_device(worker.address, setup, place, settings, None, 0, (0, 1), [Stretch(0, 0 * one, one)])
+        draw_on_device(worker.address, setup, place, settings, drawn, 0, (0, 1), [Stretch(0, one, 2 * one)])
 
     DEVICE.submit(compile_all).result()

@@ -17,9 +17,9 @@ import drjit as dr
 import mitsuba as mi
 from distributed import CancelledError, KilledWorker, get_worker
 
-from tracer.cluster.connection import Crew
-from tracer.cluster.messages import UNANSWERED, Post, explained
-from tracer.cluster.worker_scene import DEVICE, Place, close_stage, find_scene, place_of
+from tracer.cluster.connection import Connection
+from tracer.cluster.messages import UNANSWERED, Messages, explained
+from tracer.cluster.worker_scene import DEVICE, Place, close_worker_scene, find_scene, place_of
 from tracer.cluster.worker_setup import Setup, make_setup, require_same, software
 from tracer.core import backend
 from tracer.errors import ClusterError, SceneMissingError
@@ -38,7 +38,13 @@ Made = list[tuple[Cell, tuple[Shot, int, str] | Failure]]
 
 
 def shoot(
-    plan: Plan, scene: Scene, blocks: list[list[Cell]], output: Path, run: str, told: CellCallback, crew: Crew
+    plan: Plan,
+    scene: Scene,
+    blocks: list[list[Cell]],
+    output: Path,
+    run: str,
+    told: CellCallback,
+    connection: Connection,
 ) -> list[Failure]:
     """Render what is missing on workers; return what could not be rendered. Raises ClusterError."""
     missing = [[cell for cell in block if not is_kept(cell, output)] for block in blocks]
@@ -53,7 +59,7 @@ def shoot(
         return [failure(cell, error) for block in missing for cell in block]
     failures: list[Failure] = []
     told(None, f"{scene.name}: opening on workers")
-    for made in made_elsewhere(crew, plan, scene, setup, missing, told):
+    for made in made_elsewhere(connection, plan, scene, setup, missing, told):
         for cell, outcome in made:
             if isinstance(outcome, Failure):
                 failures.append(outcome)
@@ -65,10 +71,10 @@ def shoot(
 
 
 def made_elsewhere(
-    crew: Crew, plan: Plan, scene: Scene, setup: Setup, blocks: list[list[Cell]], told: CellCallback
+    connection: Connection, plan: Plan, scene: Scene, setup: Setup, blocks: list[list[Cell]], told: CellCallback
 ) -> Iterator[Made]:
     """Yield blocks as they are made. Raises ClusterError, and KeyboardInterrupt if ``told`` does."""
-    client, post, shipped, tries = crew.client, Post(crew), False, 0
+    client, messages, shipped, tries = connection.client, Messages(connection), False, 0
 
     def ask(block: list[Cell]) -> Any:
         return client.submit(shoot_block, plan, scene, setup, software(), block, pure=False)
@@ -77,7 +83,7 @@ def made_elsewhere(
     try:
         while waiting:
             told(None, "")
-            post.require_scheduler()
+            messages.require_scheduler()
             time.sleep(TICK)
             for future in [each for each in waiting if each.done()]:
                 block = waiting.pop(future)
@@ -85,7 +91,7 @@ def made_elsewhere(
                 if isinstance(error, SceneMissingError) and tries < MOST_TRIES * len(blocks):
                     tries += 1
                     if not shipped:
-                        crew.ship(setup)
+                        connection.ship(setup)
                         shipped = True
                     waiting[ask(block)] = block
                 elif isinstance(error, KilledWorker):
@@ -95,9 +101,11 @@ def made_elsewhere(
                 else:
                     yield future.result()
     except UNANSWERED:
-        raise ClusterError(f"The scheduler {crew.address} is gone; what is done is kept, run the same again.") from None
+        raise ClusterError(
+            f"The scheduler {connection.address} is gone; what is done is kept, run the same again."
+        ) from None
     finally:
-        post.cancel(list(waiting))
+        messages.cancel(list(waiting))
 
 
 def shoot_block(plan: Plan, scene: Scene, setup: Setup, made_of: dict[str, str], block: list[Cell]) -> Made:
@@ -142,7 +150,7 @@ class Theatre:
     def of(cls, plan: Plan, scene: Scene, setup: Setup, place: Place) -> Theatre:
         """Return the one of a scene, in place of any other that is open."""
         if cls.current is None or cls.current.key != (plan.model_dump_json(), setup):
-            close_stage()
+            close_worker_scene()
             close_theatre()
             cls.current = cls(plan, scene, setup, place)
         return cls.current

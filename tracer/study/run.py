@@ -58,11 +58,13 @@ def run_study(
         prepare_output(plan, output, overwrite)
         if cluster is None:
             return Study(plan, scenes, output, progress).run()
-        from tracer.cluster.connection import open_crew
+        from tracer.cluster.connection import open_connection
         from tracer.study import render_cells_remote
 
-        with open_crew(cluster) as crew:
-            return Study(plan, scenes, output, progress, partial(render_cells_remote.shoot, crew=crew)).run()
+        with open_connection(cluster) as connection:
+            return Study(
+                plan, scenes, output, progress, partial(render_cells_remote.shoot, connection=connection)
+            ).run()
 
 
 class Study:
