@@ -107,7 +107,7 @@ def test_progress_shows_the_picture_so_far(two_workers):
     seen = []
     render(cluster=two_workers, progress=lambda now: seen.append((now.done, now.image.mean(), now.samples.sum())))
     assert seen[-1][0] == 32 * SIZE * 72
-    assert all(image > 0 for _, image, _ in seen)
+    assert all(image > 0 for done, image, _ in seen if done)  # a sign of life may come before the first unit
 
 
 def test_what_cannot_be_sent_is_refused(cornell, two_workers):
