@@ -26,7 +26,7 @@ def sensors(
     for eye, forward, right, up in zip(
         viewpoints.eyes, viewpoints.forward, viewpoints.right, viewpoints.up, strict=True
     ):
-        # The matrix is not made by look_at: far from the origin, single precision cannot tell a near target from the eye.
+        # Not made by look_at: far from the origin, single precision cannot tell a target next to the eye from the eye.
         to_world = mi.ScalarTransform4f(
             np.vstack([np.column_stack([-right, up, forward, eye]), [0.0, 0, 0, 1]]).tolist()
         )
