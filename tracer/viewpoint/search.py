@@ -23,7 +23,7 @@ REFINED = 8
 FINEST = np.radians(0.1)
 """A viewpoint is refined until the distance of the views around it is at most this angle in radians."""
 MOST_ROUNDS = 40
-"""Refinement ends after this many rounds: where a measure is noisy, there is always a better view a little further on."""
+"""Refinement ends after this many rounds: where a measure is noisy, a better view is always a little further on."""
 
 
 @dataclass(frozen=True)

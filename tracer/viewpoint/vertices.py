@@ -20,7 +20,7 @@ MOST_VERTICES = 1 << 20
 PRECISION = 1e-5
 """Places are exact to this share of their coordinates and of the distance to them.
 
-It is some 80 steps of single precision. What a ray hits nearer than that before a vertex does not hide the vertex.
+It is some 80 steps of single precision. A hit that is nearer than this to a vertex does not hide the vertex.
 """
 
 
