@@ -104,14 +104,14 @@ def cover(
     for number in remaining:
         covered_surfaces |= shown[chosen.index(number)]
         covered.append(float(weights[covered_surfaces].sum() / weights.sum()))
-    whole = float(subject.areas.sum())
+    total_area = float(subject.areas.sum())
     unseen = np.flatnonzero(~visible)
     return Cover(
         np.array(remaining, np.int64),
         np.array(covered),
         np.array(dropped, np.int64),
         unseen,
-        float(subject.areas[unseen].sum()) / whole if whole > 0 else 0.0,
+        float(subject.areas[unseen].sum()) / total_area if total_area > 0 else 0.0,
     )
 
 

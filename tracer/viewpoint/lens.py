@@ -122,8 +122,8 @@ class Perspective(Lens):
     @property
     def image_area(self) -> float:
         """See ``Lens.image_area``; here the solid angle of a square pyramid."""
-        side = self.reach**2
-        return float(4 * np.arcsin(side / (1 + side)))
+        reach_squared = self.reach**2
+        return float(4 * np.arcsin(reach_squared / (1 + reach_squared)))
 
     @property
     def most(self) -> float:

@@ -23,10 +23,10 @@ def figure(width: float, height: float) -> Any:
     return Figure(figsize=(width, height), layout="constrained")
 
 
-def save(drawn: Any, path: Path, dpi: int = 110) -> None:
+def save(plot: Any, path: Path, dpi: int = 110) -> None:
     """Write a figure as PNG, whole or not at all."""
     with atomic.whole(path) as temporary:
-        drawn.savefig(temporary, dpi=dpi, format="png")
+        plot.savefig(temporary, dpi=dpi, format="png")
 
 
 def flat(directions: Floats, up: Floats, below: bool) -> tuple[Floats, Floats, Floats]:
@@ -141,25 +141,25 @@ def sphere_plot(
     """Write a plot with a sphere for each of ``columns`` (V,), coloured by its values; up to two stand in a row."""
     across = 2 if len(columns) > 1 else 1
     down = -(-len(columns) // across)
-    drawn = figure(6.4 * across, 3.1 * down)
-    grid = drawn.subfigures(down, across, squeeze=False)
+    plot = figure(6.4 * across, 3.1 * down)
+    grid = plot.subfigures(down, across, squeeze=False)
     for k, values in enumerate(columns):
         panel = grid[k // across][k % across]
         axes = panel.subplots(1, 2)
         patches = draw_sphere(axes, directions, triangles, values, up, way, marks[k] if marks else None)
         panel.suptitle(titles[k], fontsize=10)
         panel.colorbar(patches, ax=list(axes), shrink=0.8)
-    save(drawn, path)
+    save(plot, path)
 
 
 def sheet(path: Path, pictures: Sequence[Floats], captions: Sequence[str], across: int) -> None:
     """Write pictures (H, W, 3) with captions, ``across`` a row."""
     down = -(-len(pictures) // across)
-    drawn = figure(2.3 * across, 2.55 * down)
-    axes = drawn.subplots(down, across, squeeze=False)
+    plot = figure(2.3 * across, 2.55 * down)
+    axes = plot.subplots(down, across, squeeze=False)
     for axis in axes.flat:
         axis.axis("off")
     for axis, picture, caption in zip(axes.flat, pictures, captions, strict=False):
         axis.imshow(picture, interpolation="nearest")
         axis.set_title(caption, fontsize=8)
-    save(drawn, path)
+    save(plot, path)

@@ -143,11 +143,11 @@ def check_size(centre: Floats, radius: float) -> None:
     """Raise SceneError for a subject that cannot be seen truly in single precision, in which rays are traced."""
     if not np.isfinite(radius) or radius > LARGEST:
         raise SceneError(f"What there is to look at has a radius of {radius:.3g}; make it at most {LARGEST:g}.")
-    far = float(np.abs(centre).max())
-    if far * NEAREST > radius > 0:
+    distance = float(np.abs(centre).max())
+    if distance * NEAREST > radius > 0:
         raise SceneError(
-            f"What there is to look at has a radius of {radius:.3g} and is {far:.3g} from the origin, where single "
-            "precision cannot tell its parts; move it nearer."
+            f"What there is to look at has a radius of {radius:.3g} and is {distance:.3g} from the origin, where "
+            "single precision cannot tell its parts; move it nearer."
         )
 
 

@@ -129,10 +129,10 @@ def with_vertices(
 
 def picture_of(subject: Subject, view: Viewpoints, depth: NDArray[np.float32]) -> Picture:
     """Return a view as an image, in which depth is 0 to 1 within the sphere around the subject."""
-    middle = float(np.sum((subject.centre - view.eyes[0]) * view.forward[0]))
-    near = max(middle - subject.radius, 0.0)
+    centre_depth = float(np.sum((subject.centre - view.eyes[0]) * view.forward[0]))
+    nearest_depth = max(centre_depth - subject.radius, 0.0)
     hit = np.isfinite(depth)
-    scaled = (depth - near) / max(middle + subject.radius - near, 1e-30)
+    scaled = (depth - nearest_depth) / max(centre_depth + subject.radius - nearest_depth, 1e-30)
     return Picture(hit, np.where(hit, scaled, np.nan).astype(np.float32))
 
 

@@ -16,7 +16,7 @@ def best(
     good: Annotated[
         str | None,
         typer.Option(
-            help="Whether views of the most or the least are good. (by the measure; of crystals the least entropy)"
+            help="Whether good views have the most or the least. (as the measure says; of crystals the least entropy)"
         ),
     ] = None,
     search: Annotated[

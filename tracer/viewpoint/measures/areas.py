@@ -30,8 +30,8 @@ def viewpoint_complexity(sight: Sight) -> float:
 @measure("visibility_ratio", "most", "areas")
 def visibility_ratio(sight: Sight) -> float:
     """Return the true area of the surfaces that are seen as a share of that of all surfaces, 0 to 1."""
-    whole = float(sight.subject.areas.sum())
-    return float(sight.subject.areas[sight.surfaces].sum()) / whole if whole > 0 else 0.0
+    total_area = float(sight.subject.areas.sum())
+    return float(sight.subject.areas[sight.surfaces].sum()) / total_area if total_area > 0 else 0.0
 
 
 @measure("entropy", "most")

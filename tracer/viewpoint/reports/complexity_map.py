@@ -113,8 +113,8 @@ def draw(
     blocks, parts = getattr(image, kind), getattr(around, kind)
     most = max(float(blocks.max()), float(parts.max()), 1e-9)
     aspect = picture.shape[1] / picture.shape[0]
-    drawn = plots.figure(11.0, 5.5 / aspect + 5.2)
-    above, below = drawn.subfigures(2, 1, height_ratios=(5.5 / aspect + 0.3, 4.9))
+    plot = plots.figure(11.0, 5.5 / aspect + 5.2)
+    above, below = plot.subfigures(2, 1, height_ratios=(5.5 / aspect + 0.3, 4.9))
     left, right = above.subplots(1, 2)
     left.imshow(picture, aspect="equal")
     left.set_title("the view", fontsize=9)
@@ -131,4 +131,4 @@ def draw(
     colours = plots.draw_parts(discs, points, triangles, parts, up, most)
     below.suptitle(f"{kind} of {len(triangles)} spherical triangles around the eye", fontsize=9)
     below.colorbar(colours, ax=discs, shrink=0.8)
-    plots.save(drawn, path)
+    plots.save(plot, path)

@@ -67,8 +67,8 @@ def require_sight(seen: bool) -> None:
 def name_direction(direction: Floats, up: Floats) -> str:
     """Return the name of a direction: its degrees around ``up``, and its degrees above the horizon."""
     elevation = np.degrees(np.arcsin(np.clip(np.dot(direction, normalised(up)), -1, 1)))
-    second, first = frame(-normalised(up))
-    azimuth = np.degrees(np.arctan2(direction @ second, direction @ first)) % 360
+    sideways, ahead = frame(-normalised(up))
+    azimuth = np.degrees(np.arctan2(direction @ sideways, direction @ ahead)) % 360
     return f"{azimuth:.0f}°, {elevation:+.0f}°"
 
 
