@@ -158,4 +158,4 @@ READERS = {
     ".cif": read_cif,
     ".mmcif": read_cif,
 }
-"""The functions that read files of these suffixes; ASE reads all others."""
+"""Files with these suffixes are read by these functions; ASE reads all others."""

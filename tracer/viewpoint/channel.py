@@ -20,7 +20,7 @@ from tracer.viewpoint.surfaces import Mesh
 
 Integers = NDArray[np.int64]
 ROUNDING = 1e-12
-"""A divergence of at most this many bits is taken for 0, of which rounding leaves less than that."""
+"""A divergence of at most this many bits is taken for 0, as rounding may leave that much of it."""
 
 
 def times_log(values: NDArray) -> Floats:

@@ -36,7 +36,7 @@ class Estimate:
     once: Floats
     """Share of the surfaces seen that a single ray hit; no estimate is good where this is near 1."""
     covered: Floats
-    """Share of the rays that hit anything; an entropy of 0 does not tell, as a view of one surface has it, too."""
+    """Share of the rays that hit anything. The entropy is 0 both if it is 0 and if a single surface is seen."""
 
 
 def estimate_entropy(

@@ -15,7 +15,7 @@ from tracer.core.sphere import angle, icosphere, middle, octants
 from tracer.viewpoint.direction_measure import ring
 
 Valued = Callable[[Floats], Floats]
-"""A function from directions (V, 3) to values (V,), of which larger ones are better."""
+"""Such a function maps directions (V, 3) to values (V,), of which larger ones are better."""
 SMALLEST_EDGE = np.radians(0.5)
 """Triangles are not split if this would make both edges at the best corner shorter than this angle in radians."""
 REFINED = 8

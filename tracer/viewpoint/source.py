@@ -20,7 +20,7 @@ from tracer.viewpoint import atom_files, molecules
 from tracer.viewpoint.surfaces import Subject, open_subject
 
 MESHES = {".ply": "ply", ".obj": "obj", ".serialized": "serialized"}
-"""The Mitsuba plugin that reads mesh files of each suffix."""
+"""Mesh files with these suffixes are read by these Mitsuba plugins."""
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ NEAREST = 1e-5
 Below it, coordinates in single precision have fewer than two digits left for what differs within the subject.
 """
 SURFACES: tuple[str, ...] = get_args(Surfaces)
-"""The kinds of surface by name."""
+"""These are the names of the kinds of surface."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -76,7 +76,7 @@ def sum_up(
     saliency: bool,
     report: Callable[[int], Any] = lambda done: None,
 ) -> Channel:
-    """Return the channel between viewpoints and surfaces; ``saliency``: with sums over pairs of surfaces, too."""
+    """Return the channel between viewpoints and surfaces; ``saliency``: also with sums over pairs of surfaces."""
     channel = new_channel(subject.count, adjacent(subject.mesh) if saliency else None)
     for batch in projected_areas(subject, viewpoints, lens, rays):
         channel.add(batch.areas)

@@ -16,4 +16,4 @@ COMMANDS: dict[str, Callable[..., None]] = {
     "tour": tour.tour,
     "cover": cover.cover,
 }
-"""The commands ``view ...`` by name."""
+"""These are the commands ``view ...`` by name."""

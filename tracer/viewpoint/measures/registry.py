@@ -36,7 +36,7 @@ class Measure:
 
 
 registered: dict[str, Measure] = {}
-"""The measures by name, of all modules that have been imported."""
+"""This holds the measures by name, of all modules that have been imported."""
 
 
 def measure(name: str, best: Best, *needs: Need) -> Callable[[Callable[[Sight], float]], Callable[[Sight], float]]:

@@ -23,7 +23,7 @@ HEADINGS = ("search", "view", "value", "views", "seconds")
 Search = Literal["paper", "octants", "exhaustive"]
 """These searches can be chosen by name."""
 SEARCHES: tuple[Search, ...] = ("paper", "octants", "exhaustive")
-"""All searches, in the order of the table."""
+"""These are all searches, in the order of the table."""
 SPHERE_LEVEL = 2
 """The measure is drawn on an icosphere of this level."""
 PICTURE = 512
