@@ -20,7 +20,7 @@ from tracer.viewpoint.surfaces import Mesh
 
 Integers = NDArray[np.int64]
 ROUNDING = 1e-12
-"""A divergence of at most this many bits is taken for 0, as rounding may leave that much of it."""
+"""A divergence of at most this many bits is taken for 0: what rounding leaves of 0 is less."""
 
 
 def times_log(values: NDArray) -> Floats:
