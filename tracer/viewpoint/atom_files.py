@@ -1,6 +1,7 @@
 """Atoms from files.
 
-Most are read by ASE, but CML, PDB and mmCIF, and of XYZ it is given what it can read. Lengths are in Angstrom.
+ASE reads most formats. CML, PDB and mmCIF are read here, and XYZ is first changed to what ASE can read. Lengths are in
+Angstrom.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from tracer.errors import SceneError
 from tracer.viewpoint.biomolecules import Placed, from_mmcif, from_pdb, is_mmcif
 
 SUFFIXES = (".xyz", ".extxyz", ".cif", ".mmcif", ".pdb", ".ent", ".cml", ".vasp", ".poscar", ".mol", ".sdf")
+"""Files with these suffixes are taken for molecules or crystals."""
 
 
 @dataclass(frozen=True)
@@ -27,39 +29,39 @@ class Atoms:
 
     symbols: list[str]
     positions: Floats
-    """(N, 3)."""
+    """(N, 3), in Angstrom."""
     cell: Floats | None = None
-    """(3, 3): rows are the vectors of the cell; None for a molecule."""
+    """(3, 3), in Angstrom: rows are the vectors of the cell; None for a molecule."""
 
     def __len__(self) -> int:
         return len(self.symbols)
 
 
 def read_atoms(path: str | Path) -> Atoms:
-    """Return the atoms of a file. Raises SceneError if it is missing, does not parse, or has none."""
+    """Return the atoms of a file. Raises SceneError if it is missing, cannot be read, or has no atoms."""
     path = Path(path)
     if not path.is_file():
         raise SceneError(f"There is no molecule file '{path}'.")
     try:
-        found = READERS.get(path.suffix.lower(), read_by_ase)(path)
+        atoms = READERS.get(path.suffix.lower(), read_by_ase)(path)
     except Exception as error:  # whatever a library raises for a file that is not what its name says
-        first = (str(error).splitlines() or [type(error).__name__])[0]
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
         if isinstance(error, KeyError):
-            first = f"there is no element {error}"
+            reason = f"there is no element {error}"
         elif isinstance(error, StopIteration):
-            first = "it ends before its atoms do"
-        elif not str(error) or not first.isprintable():
-            first = f"{type(error).__name__} while reading it"
-        raise SceneError(f"'{path}' is not a molecule that can be read: {first.rstrip('.')}.") from None
-    if not len(found):
+            reason = "it ends before its atoms do"
+        elif not str(error) or not reason.isprintable():
+            reason = f"{type(error).__name__} while reading it"
+        raise SceneError(f"'{path}' is not a molecule that can be read: {reason.rstrip('.')}.") from None
+    if not len(atoms):
         raise SceneError(f"'{path}' has no atoms.")
-    if not np.all(np.isfinite(found.positions)):
+    if not np.all(np.isfinite(atoms.positions)):
         raise SceneError(f"'{path}' has an atom without a place; check its coordinates.")
-    return found
+    return atoms
 
 
 def read_by_ase(source: Any, **options: Any) -> Atoms:
-    """Return the atoms of a file that ASE knows, the last of several structures."""
+    """Return the atoms of a file that ASE can read; of several structures, the last one."""
     import ase.io
 
     with warnings.catch_warnings():
@@ -75,13 +77,13 @@ def read_by_ase(source: Any, **options: Any) -> Atoms:
 def read_xyz(path: Path) -> Atoms:
     """Return the atoms of the last frame of an XYZ file, plain or extended.
 
-    Lines between frames may be empty, and elements atomic numbers, neither of which ASE reads.
+    Lines between frames may be empty, and elements may be atomic numbers; ASE reads neither.
     """
     return read_by_ase(io.StringIO("\n".join(named(last_frame(contents(path)))) + "\n"), format="extxyz")
 
 
 def last_frame(text: str) -> list[str]:
-    """Return the lines of the last frame of an XYZ file. Raises ValueError."""
+    """Return the lines of the last frame of an XYZ file. Raises ValueError if a frame is not whole."""
     lines = text.splitlines()
     frame: list[str] = []
     begin = 0
@@ -102,28 +104,28 @@ def last_frame(text: str) -> list[str]:
 
 
 def named(frame: list[str]) -> list[str]:
-    """Return a frame with symbols instead of atomic numbers, where elements come first."""
+    """Return a frame with symbols instead of atomic numbers, if its first column is the element."""
     from ase.data import chemical_symbols
 
     if len(frame) < 3 or ("Properties=" in frame[1] and "Properties=species" not in frame[1]):
         return frame
-    found = []
+    atom_lines = []
     for line in frame[2:]:
-        first, *others = line.split() or [""]
+        first, *columns = line.split() or [""]
         if first.isdecimal() and int(first) >= len(chemical_symbols):
             raise ValueError(f"there is no element {first}")
-        found.append(" ".join([chemical_symbols[int(first)], *others]) if first.isdecimal() else line)
-    return [*frame[:2], *found]
+        atom_lines.append(" ".join([chemical_symbols[int(first)], *columns]) if first.isdecimal() else line)
+    return [*frame[:2], *atom_lines]
 
 
 def read_cif(path: Path) -> Atoms:
-    """Return the atoms of a CIF file: of a crystal with its cell, or of a macromolecule (mmCIF) without."""
+    """Return the atoms of a CIF file: of a crystal with its cell, or of a macromolecule (mmCIF) without one."""
     text = contents(path)
     return gathered(from_mmcif(text)) if is_mmcif(text) else read_by_ase(path, format="cif")
 
 
 def read_pdb(path: Path) -> Atoms:
-    """Return the atoms of the first model of a PDB file; alternate places of an atom only once."""
+    """Return the atoms of the first model of a PDB file, each atom at one of its alternate places."""
     return gathered(from_pdb(contents(path)))
 
 
@@ -133,7 +135,7 @@ def contents(path: Path) -> str:
 
 
 def gathered(atoms: list[Placed]) -> Atoms:
-    """Return atoms without a cell."""
+    """Return atoms of a macromolecule, which has no cell."""
     return Atoms([atom.symbol for atom in atoms], np.array([atom.place for atom in atoms], np.float64).reshape(-1, 3))
 
 
@@ -156,4 +158,4 @@ READERS = {
     ".cif": read_cif,
     ".mmcif": read_cif,
 }
-"""By suffix; what is not here ASE reads."""
+"""Files with these suffixes are read by these functions; ASE reads all others."""

@@ -1,4 +1,4 @@
-"""Views as sensors of Mitsuba."""
+"""Views as Mitsuba sensors."""
 
 from __future__ import annotations
 
@@ -16,27 +16,31 @@ from tracer.viewpoint.lens import Lens, Orthographic, Perspective
 def sensors(
     viewpoints: Viewpoints, lens: Lens, size: int = 512, clip: tuple[float, float] | None = None
 ) -> list[dict[str, Any]]:
-    """Return a Mitsuba sensor, as dictionary, for each view; the image is ``size`` pixels wide and high.
+    """Return a Mitsuba sensor for each view, as a dictionary; its image is ``size`` pixels wide and high.
 
-    ``clip``: nearest and farthest distance that is seen; unless given those of Mitsuba, 0.01 and 10000.
+    ``clip``: nearest and farthest distance that is seen; by default Mitsuba's own, 0.01 and 10000.
     Raises ValueError for a lens that is no camera.
     """
-    found = []
-    planes = {} if clip is None else {"near_clip": clip[0], "far_clip": clip[1]}
+    dictionaries = []
+    clip_planes = {} if clip is None else {"near_clip": clip[0], "far_clip": clip[1]}
     for eye, forward, right, up in zip(
         viewpoints.eyes, viewpoints.forward, viewpoints.right, viewpoints.up, strict=True
     ):
-        # Not by look_at: far from the origin, single precision does not tell the place next to the eye from the eye.
-        place = mi.ScalarTransform4f(np.vstack([np.column_stack([-right, up, forward, eye]), [0.0, 0, 0, 1]]).tolist())
+        # Not made by look_at: far from the origin, single precision cannot tell a target next to the eye from the eye.
+        to_world = mi.ScalarTransform4f(
+            np.vstack([np.column_stack([-right, up, forward, eye]), [0.0, 0, 0, 1]]).tolist()
+        )
         film = {"type": "hdrfilm", "width": size, "height": size}
         if isinstance(lens, Orthographic):
-            scaled = place @ mi.ScalarTransform4f().scale([lens.reach, lens.reach, 1.0])
-            found.append({"type": "orthographic", "to_world": scaled, "film": film, **planes})
+            scaled = to_world @ mi.ScalarTransform4f().scale([lens.reach, lens.reach, 1.0])
+            dictionaries.append({"type": "orthographic", "to_world": scaled, "film": film, **clip_planes})
         elif isinstance(lens, Perspective):
-            found.append({"type": "perspective", "fov": lens.field_of_view, "to_world": place, "film": film, **planes})
+            dictionaries.append(
+                {"type": "perspective", "fov": lens.field_of_view, "to_world": to_world, "film": film, **clip_planes}
+            )
         else:
             raise ValueError("a view of all directions is no camera")
-    return found
+    return dictionaries
 
 
 def write_sensors(

@@ -2,8 +2,8 @@
 
 P. Vazquez, M. Feixas, M. Sbert and W. Heidrich, "Automatic view selection using viewpoint entropy and its application
 to image-based modelling", Computer Graphics Forum 22(4), 2003: take the view of the largest entropy, count what it
-shows well as background from then on, and go on until nothing is left. At last, views that the others have made
-superfluous are dropped.
+shows well as background from then on, and go on until nothing is left. At the end, drop the views that the others have
+made superfluous.
 """
 
 from __future__ import annotations
@@ -24,8 +24,9 @@ from tracer.viewpoint.surfaces import Subject
 
 Integers = NDArray[np.int64]
 MOST_KEPT = 1 << 27
-"""Areas that are kept from the first look; of more, every round looks again."""
+"""At most this many areas, views times surfaces, are kept in memory; if there are more, every round looks again."""
 Rule = Literal["entropy", "area", "divergence"]
+"""The rules by which the next view can be chosen, see ``cover``."""
 
 
 @dataclass(frozen=True)
@@ -33,15 +34,15 @@ class Cover:
     """Chosen views and what they show."""
 
     chosen: Integers
-    """(N,): numbers of the views, in the order of choice, without those that became superfluous."""
+    """(N,): numbers of the views in the order of choice, without the superfluous ones."""
     covered: Floats
-    """(N,): share of the true area of all that any view sees, shown well by the views up to this one."""
+    """(N,): share of the true area of all surfaces that any view sees, shown well by the views up to this one."""
     dropped: Integers
-    """Views that were chosen and became superfluous."""
+    """Numbers of the views that were chosen and became superfluous."""
     unseen: Integers
-    """Surfaces that no view sees."""
+    """Numbers of the surfaces that no view sees."""
     unseen_area: float
-    """Their share of the whole true area."""
+    """True area of the unseen surfaces as a share of that of all surfaces."""
 
 
 def cover(
@@ -57,64 +58,65 @@ def cover(
 ) -> Cover:
     """Return the views that show every visible surface well.
 
-    A surface is shown well by a view in which its projected area is at least ``quality`` (0 to 1] of the largest that
-    it has in any. ``rule``: choose by the entropy of what is not yet shown; by the true area that would newly be; or
-    such that what all chosen views see, mixed, diverges least from the true areas (M. Sbert and others, CAe 2005).
-    ``most``: end after so many views; ``enough``: when that share of the true area is shown. ``told``: called as
-    it looks, and after each choice with the number of views and the share shown.
+    A view shows a surface well if its projected area is at least ``quality``, in (0, 1], of the largest that it has in
+    any view. ``rule``: choose the view with the largest entropy of surfaces not yet shown, or with the largest true
+    area newly shown, or the one with which the sum of the projected areas in all chosen views diverges least from the
+    true areas (M. Sbert and others, CAe 2005). ``most``: end after this many views. ``enough``: end when this share of
+    the true area is shown. ``told`` is called with the number of views and the share shown after each choice, and with
+    zeros while views are traced. Raises SceneError if true areas are unknown.
     """
     if not subject.areas_known:
         raise SceneError(
             "True areas are not known of all shapes (not of instances, curves, fields), as a view set needs."
         )
     look = Look(subject, viewpoints, lens, rays, lambda: told(0, 0.0))
-    best = np.zeros(subject.count, np.float32)
+    largest = np.zeros(subject.count, np.float32)
     for _, areas in look:
-        np.maximum(best, areas, out=best)
-    visible = best > 0
+        np.maximum(largest, areas, out=largest)
+    visible = largest > 0
     weights = np.where(visible, np.maximum(subject.areas, 1e-300), 0.0)
     missing = visible.copy()
     mixed = np.zeros(subject.count)
     chosen: list[int] = []
     shown: list[NDArray[np.bool_]] = []
     while missing.any() and len(chosen) != most and weights[missing].sum() > (1 - enough) * weights.sum():
-        record, pick, pick_shows = (-np.inf, -np.inf), -1, missing
+        best_worth, pick, pick_shows = (-np.inf, -np.inf), -1, missing
         for number, areas in look:
-            shows = (areas >= quality * best) & missing
+            shows = (areas >= quality * largest) & missing
             if not shows.any():
                 continue
-            gain = float(weights[shows].sum())
+            new_area = float(weights[shows].sum())
             if rule == "entropy":
-                worth = (worth_of(areas, missing, lens.image_area), gain)
+                worth = (worth_of(areas, missing, lens.image_area), new_area)
             else:
-                worth = (gain, 0.0) if rule == "area" else (-divergence_of(mixed + areas, weights), gain)
-            if worth > record:
-                record, pick, pick_shows = worth, number, shows
+                worth = (new_area, 0.0) if rule == "area" else (-divergence_of(mixed + areas, weights), new_area)
+            if worth > best_worth:
+                best_worth, pick, pick_shows = worth, number, shows
         chosen.append(pick)
         mixed += look.row(pick)
         missing &= ~pick_shows
-        shown.append(look.row(pick) >= quality * best)
+        shown.append(look.row(pick) >= quality * largest)
         told(len(chosen), 1 - float(weights[missing].sum() / weights.sum()))
-    shown = [one & visible for one in shown]
-    kept, dropped = without_superfluous(shown, chosen)
-    running = np.zeros(subject.count, bool)
+    shown = [surfaces & visible for surfaces in shown]
+    remaining, dropped = without_superfluous(shown, chosen)
+    covered_surfaces = np.zeros(subject.count, bool)
     covered = []
-    for number in kept:
-        running |= shown[chosen.index(number)]
-        covered.append(float(weights[running].sum() / weights.sum()))
-    whole = float(subject.areas.sum())
+    for number in remaining:
+        covered_surfaces |= shown[chosen.index(number)]
+        covered.append(float(weights[covered_surfaces].sum() / weights.sum()))
+    total_area = float(subject.areas.sum())
     unseen = np.flatnonzero(~visible)
     return Cover(
-        np.array(kept, np.int64),
+        np.array(remaining, np.int64),
         np.array(covered),
         np.array(dropped, np.int64),
         unseen,
-        float(subject.areas[unseen].sum()) / whole if whole > 0 else 0.0,
+        float(subject.areas[unseen].sum()) / total_area if total_area > 0 else 0.0,
     )
 
 
 def worth_of(areas: NDArray[np.float32], missing: NDArray[np.bool_], image_area: float) -> float:
-    """Return the entropy in bits of a view in which only surfaces that are ``missing`` are told from the background."""
+    """Return the entropy in bits of a view in which all surfaces but the ``missing`` ones are background."""
     seen = areas[missing & (areas > 0)].astype(np.float64)
     return float(measures.entropy(np.append(seen, max(image_area - seen.sum(), 0.0))))
 
@@ -127,7 +129,7 @@ def divergence_of(mixed: Floats, weights: Floats) -> float:
 
 
 def without_superfluous(shown: list[NDArray[np.bool_]], chosen: list[int]) -> tuple[list[int], list[int]]:
-    """Return (kept, dropped) views: one is dropped if the others show all that it shows; the last chosen go first."""
+    """Return (kept, dropped) views; a view is dropped if the others show all that it shows, the last chosen first."""
     if not shown:
         return [], []
     counts: Integers = np.sum(np.array(shown, np.int64), axis=0)
@@ -140,7 +142,7 @@ def without_superfluous(shown: list[NDArray[np.bool_]], chosen: list[int]) -> tu
 
 
 class Look:
-    """All views, one after the other, as often as one likes: from memory, or traced again where they do not fit."""
+    """The areas of all views, as often as they are iterated over: from memory, or traced again if they do not fit."""
 
     def __init__(
         self, subject: Subject, viewpoints: Viewpoints, lens: Lens, rays: Rays, told: Callable[[], None] = lambda: None
@@ -155,13 +157,13 @@ class Look:
         if self.kept is not None:
             yield from enumerate(self.kept)
             return
-        found = []
+        areas_of_views = []
         for batch in projected_areas(*self.arguments):
             self.told()
             for k, areas in enumerate(batch.areas):
-                found += [areas.copy()] if self.fits else []
+                areas_of_views += [areas.copy()] if self.fits else []
                 yield batch.first + k, areas
-        self.kept = found if self.fits else None
+        self.kept = areas_of_views if self.fits else None
 
     def row(self, number: int) -> NDArray[np.float32]:
         """Return the areas (Z,) of one view."""

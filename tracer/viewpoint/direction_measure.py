@@ -1,4 +1,4 @@
-"""One measure as a function of the direction to look from, which a search can ask for any directions at once."""
+"""A measure as a function of the direction to look from, which a search can evaluate for many directions at once."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from tracer.viewpoint.survey import sum_up, survey
 
 Integers = NDArray[np.int64]
 DISTANCE = 6.0
-"""Radii between viewpoint and centre: that of the survey, with the sphere around the subject filling the image."""
+"""A viewpoint is this many radii from the centre, as in the survey; the sphere around the subject fills the image."""
 RING, RING_ANGLE = 6, np.radians(9.0)
-"""Views beside one, and how far: as on an icosphere of 642."""
+"""A view is compared with RING views beside it, at RING_ANGLE in radians: as on an icosphere of 642 viewpoints."""
 SHARE = "projected_area"
-"""The measure that tells whether a view sees anything."""
+"""The measure of this name tells whether a view sees anything."""
 CHANNEL_LEVEL = 3
-"""Of the icosphere with which measures compare that need all views."""
+"""Measures that need all views compare with the viewpoints of an icosphere of this level."""
 
 
 @dataclass(frozen=True)
 class Stand:
-    """Where one looks from, apart from the direction, and through what."""
+    """What a view looks at, from what distance, and through which lens: all but its direction."""
 
     centre: Floats
     distance: float
@@ -39,7 +39,7 @@ class Stand:
     up: Floats
 
     radius: float = 0.0
-    """Of the sphere around the centre that holds the subject."""
+    """Radius of the sphere around the centre that holds the subject."""
 
     def viewpoints(self, directions: Floats) -> Viewpoints:
         """Return viewpoints in directions (V, 3) from the centre."""
@@ -47,7 +47,7 @@ class Stand:
 
     @property
     def clip(self) -> tuple[float, float]:
-        """Nearest and farthest distance along the view at which something of the subject may be."""
+        """Nearest and farthest distance along the view at which a part of the subject may be."""
         return max(self.distance - 1.1 * self.radius, 1e-3 * self.distance), self.distance + 1.1 * self.radius
 
 
@@ -60,7 +60,8 @@ def stand(
 ) -> Stand:
     """Return where to stand so that the sphere around the subject fills the image.
 
-    ``distance`` in units of length, six radii unless given; nearer than the sphere the lens stays at 120 degrees.
+    ``distance`` is in units of length, by default six radii. The field of view is at most 120 degrees, so the sphere
+    does not fit if the viewpoint is too near.
     """
     centre = subject.centre if centre is None else np.asarray(centre, np.float64)
     radius = max(subject.radius + float(np.linalg.norm(centre - subject.centre)), 1e-12)
@@ -73,7 +74,7 @@ def stand(
 
 @dataclass
 class Gauge:
-    """Values of a measure by direction."""
+    """The values of a measure by direction."""
 
     subject: Subject
     stand: Stand
@@ -81,24 +82,24 @@ class Gauge:
     name: str
     background: bool = True
     good: measures.Best = "most"
-    """Whether views of the most or the least of it are good."""
+    """Whether good views have the most or the least of the measure."""
     evaluations: int = 0
-    """Views that were measured, those of a channel too."""
+    """Number of views that were measured, including those of a channel."""
     channel: Channel | None = field(default=None, repr=False)
     progress: Callable[[int, int], None] | None = field(default=None, repr=False)
-    """Called with the views that are done and all there are, of each call. May raise to stop."""
+    """Called with the number of views that are done and of all views, in each call of the gauge. May raise to stop."""
     seen: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, bool), repr=False)
-    """Of the last call: which views saw anything."""
+    """(V,): which views of the last call saw anything."""
     sighted: bool = False
     """Whether any view of any call saw anything."""
 
     @property
     def measure(self) -> measures.Measure:
-        """The measure."""
+        """The measure that is called ``name``."""
         return measures.get(self.name)
 
     def __call__(self, directions: Floats) -> Floats:
-        """Return the value of the measure from directions (V, 3)."""
+        """Return the values (V,) of the measure from directions (V, 3)."""
         directions = normalised(directions)
         needs = self.measure.needs
         if "channel" in needs and self.channel is None:
@@ -109,15 +110,15 @@ class Gauge:
         beside: list[Integers] | None = None
         if "neighbours" in needs:
             rings = np.concatenate([ring(direction, RING_ANGLE) for direction in directions])
-            around_each = count + np.arange(count * RING).reshape(count, RING)
-            beside = [*around_each, *np.repeat(np.arange(count), RING)[:, None]]
+            ring_numbers = count + np.arange(count * RING).reshape(count, RING)
+            beside = [*ring_numbers, *np.repeat(np.arange(count), RING)[:, None]]
             directions = np.concatenate([directions, rings])
         self.evaluations += len(directions)
         views = self.stand.viewpoints(directions)
         if self.estimated:
-            found = self.estimate(views)
-            self.note(found.covered)
-            return found.entropy
+            estimate = self.estimate(views)
+            self.note(estimate.covered)
+            return estimate.entropy
         values = survey(
             self.subject,
             views,
@@ -133,7 +134,7 @@ class Gauge:
         return values[self.name][:count]
 
     def note(self, covered: Floats) -> None:
-        """Note which views saw anything: those of which anything covers a share of the image."""
+        """Note which views saw anything; ``covered`` (V,): share of the image that surfaces cover."""
         self.seen = covered > 0
         self.sighted |= bool(self.seen.any())
 
@@ -147,7 +148,7 @@ class Gauge:
         return estimate_entropy(self.subject, views, self.stand.lens, self.rays.random, self.rays.seed, self.background)
 
     def tell(self, done: int) -> None:
-        """Tell of views of a channel."""
+        """Report how many views of a channel are done."""
         if self.progress is not None:
             self.progress(done, len(icosphere(CHANNEL_LEVEL)[0]))
 
@@ -157,13 +158,13 @@ class Gauge:
         return 1 if self.good == "most" else -1
 
     def better(self, directions: Floats) -> Floats:
-        """Return the same, so that more is better, and what sees nothing is worst of all."""
+        """Return the values (V,), negated if less is better, so that more is better; -inf if a view sees nothing."""
         values = self.sign * self(directions)
         return np.where(self.seen & ~np.isnan(values), values, -np.inf)
 
 
 def ring(direction: Floats, angle: float) -> Floats:
-    """Return six directions at an angle around one."""
+    """Return six directions (6, 3) at ``angle`` in radians around ``direction`` (3,)."""
     right, up = frame(direction)
     turn = np.arange(RING) * (2 * np.pi / RING)
     sideways = np.cos(turn)[:, None] * right + np.sin(turn)[:, None] * up

@@ -1,11 +1,12 @@
-"""The fast estimate of viewpoint entropy: random rays, their number chosen by the person, with a standard error.
+"""The fast estimate of viewpoint entropy: from as many random rays as the person wants, with a standard error.
 
-The paper, section 3.2. The entropy of the shares that N rays observe is too low, by about (m - 1) / (2 N ln 2) bits for
-m surfaces, those included that no ray has hit yet. P. Grassberger's estimate, "Entropy estimates from insufficient
-samplings", arXiv:physics/0307138, knows nothing of these either and is off by less. The standard error is
-sqrt(Var(log2 p) / N) (G. Basharin, Theory of Probability and its Applications 4, 1959), and where surfaces were hit but
-once, so that there are others that were not hit, as much of the correction as they are of all. Where nearly all were
-hit but once, no estimate can tell how many there are: the error is then larger than it says.
+The paper, section 3.2. The entropy of the shares that N rays observe is too low by about (m - 1) / (2 N ln 2) bits for
+m surfaces, including those that no ray has hit yet. P. Grassberger's estimate, "Entropy estimates from insufficient
+samplings", arXiv:physics/0307138, knows nothing of the latter either, but is off by less. The standard error is
+sqrt(Var(log2 p) / N) (G. Basharin, Theory of Probability and its Applications 4, 1959). Surfaces that were hit only
+once show that others were not hit at all: as large a share of the correction as they are of the surfaces is added, as
+an independent error. Where nearly all surfaces were hit only once, no estimate can tell how many there are, and the
+error is larger than the standard error says.
 """
 
 from __future__ import annotations
@@ -24,17 +25,18 @@ from tracer.viewpoint.surfaces import Subject
 
 @dataclass(frozen=True)
 class Estimate:
-    """Entropy of views in bits, estimated. Arrays (V,)."""
+    """Estimates of the entropy of views in bits. All arrays are (V,)."""
 
     entropy: Floats
-    """Corrected for the bias of few rays."""
+    """Entropy, corrected for the bias of few rays."""
     stderr: Floats
+    """Standard error of the entropy."""
     uncorrected: Floats
-    """Of the observed shares."""
+    """Entropy of the observed shares."""
     once: Floats
-    """Share of the surfaces seen that one ray alone hit: where it is near 1 no estimate is good."""
+    """Share of the surfaces seen that a single ray hit; no estimate is good where this is near 1."""
     covered: Floats
-    """Share of the rays that hit anything. An entropy of 0 does not tell: one surface seen has it, too."""
+    """Share of the rays that hit anything. The entropy is 0 both if it is 0 and if a single surface is seen."""
 
 
 def estimate_entropy(
@@ -42,10 +44,10 @@ def estimate_entropy(
 ) -> Estimate:
     """Return the entropy of each view from ``rays`` random rays.
 
-    Without background only the rays that hit count. Where all rays see the same, one surface or nothing, entropy and
-    error are 0: they cannot tell of what they did not see.
+    Without background, only rays that hit a surface count. Where all rays see the same, one surface or nothing, entropy
+    and error are 0, as the rays tell nothing about what they did not see.
     """
-    found = []
+    rows = []
     for batch in projected_areas(subject, viewpoints, lens, Rays(random=rays, seed=seed)):
         for areas in batch.areas:
             seen = areas[areas > 0].astype(np.float64)
@@ -53,8 +55,8 @@ def estimate_entropy(
             count = rays if background else max(rays * share, 1.0)
             if background:
                 seen = np.append(seen, max(lens.image_area - seen.sum(), 0.0))
-            found.append((*estimate(seen, count), share))
-    return Estimate(*np.array(found, np.float64).reshape(-1, 5).T)
+            rows.append((*estimate(seen, count), share))
+    return Estimate(*np.array(rows, np.float64).reshape(-1, 5).T)
 
 
 def estimate(areas: Floats, count: float) -> tuple[float, float, float, float]:
@@ -67,7 +69,7 @@ def estimate(areas: Floats, count: float) -> tuple[float, float, float, float]:
     entropy = float(np.sum(p * surprise))
     variance = max(float(np.sum(p * surprise**2)) - entropy**2, 0.0)
     hits = np.rint(p * count)
-    hits = hits[hits > 0]  # what rounding left of a background that nothing hit is none
+    hits = hits[hits > 0]  # a background that no ray hit may have an area left by rounding
     once = float(np.mean(hits <= 1))
     if len(hits) < 2:
         return 0.0, 0.0, entropy, once
@@ -78,7 +80,7 @@ def estimate(areas: Floats, count: float) -> tuple[float, float, float, float]:
 def grassberger(counts: Floats) -> float:
     """Return log2 N - (1/N) sum n G(n) of counts n that sum to N, in bits.
 
-    G(n) = psi(n) + (-1)^n (psi((n + 1) / 2) - psi(n / 2)) / 2, equation 30 of Grassberger with n ln n -> n G(n).
+    G(n) = psi(n) + (-1)^n (psi((n + 1) / 2) - psi(n / 2)) / 2: n G(n) stands for n ln n, Grassberger's equation 30.
     """
     n = counts[counts > 0]
     if not len(n):

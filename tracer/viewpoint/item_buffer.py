@@ -1,8 +1,8 @@
-"""Projected area of every surface from viewpoints: which surface each ray of an image hits, added up.
+"""The item buffer: projected areas of all surfaces from viewpoints, from the surface that each ray of an image hits.
 
-Two ways. *Dense*: a grid of rays, the same for every viewpoint; accurate. *Fast*: random rays, as many as the person
-wants, with a standard error (the paper, section 3.2). Both trace many viewpoints in one wavefront. What is kept does
-not grow with the number of viewpoints: results come batch by batch.
+There are two ways. *Dense*: a grid of rays, the same for every viewpoint; accurate. *Fast*: random rays, as many as the
+person wants, with a standard error (the paper, section 3.2). Both trace many viewpoints in one wavefront. Memory does
+not grow with the number of viewpoints, as results come batch by batch.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ from tracer.viewpoint.surfaces import Subject
 
 Singles = NDArray[np.float32]
 MOST_RAYS = 1 << 22
-"""Rays in one wavefront."""
+"""A wavefront has at most this many rays."""
 MOST_AREAS = 1 << 24
-"""Numbers that a batch keeps: viewpoints times surfaces."""
+"""A batch has at most this many areas, viewpoints times surfaces, unless a single viewpoint has more."""
 UNITS = 1 << 24
-"""Weights are added up in parts of the largest: as many as float32 can tell apart."""
+"""Weights are added up as integers, and the largest weight is this number: float32 cannot tell more apart."""
 
 
 @dataclass(frozen=True)
 class Viewpoints:
-    """Places to look from, and where to look."""
+    """Places to look from, and the axes of the view from each."""
 
     eyes: Floats
     """(V, 3)."""
@@ -54,14 +54,14 @@ class Viewpoints:
 
 @dataclass(frozen=True)
 class Rays:
-    """How many rays leave a viewpoint: a grid ``side`` rays wide, or ``random`` ones of a ``seed``."""
+    """The rays that leave a viewpoint: a grid ``side`` rays wide, or as many as ``random``, drawn with ``seed``."""
 
     side: int = 0
     random: int = 0
     seed: int = 0
 
     def rows(self, lens: Lens) -> int:
-        """Return how many rows the grid has: ``side``, but in an image that is not square."""
+        """Return how many rows the grid has: ``side`` in a square image, else more or fewer by its aspect."""
         return max(1, round(self.side / lens.aspect))
 
     def count(self, lens: Lens) -> int:
@@ -77,7 +77,7 @@ class Batch:
     areas: Singles
     """(B, Z): projected area of each surface, in the unit of the lens."""
     depth: Singles | None = None
-    """(B, rows, side): distance along the viewing direction, infinite for background; where pictures were asked for."""
+    """(B, rows, side): distance along the viewing direction, infinite for background; None without pictures."""
 
 
 def around(centre: Floats, distance: float, directions: Floats, up: Floats | None = None) -> Viewpoints:
@@ -95,52 +95,52 @@ def at(places: Floats) -> Viewpoints:
 def projected_areas(
     subject: Subject, viewpoints: Viewpoints, lens: Lens, rays: Rays, pictures: bool = False
 ) -> Iterator[Batch]:
-    """Yield the projected areas of all surfaces, batch by batch; what the image has beyond them is background.
+    """Yield the projected areas of all surfaces, batch by batch; the rest of the image is background.
 
-    Sums are of integers, so that they do not depend on the order in which threads add, nor on the size of batches.
-    ``pictures``: with depth, which needs a grid of rays.
+    Integers are added up, so that sums depend neither on the order in which threads add nor on the size of batches.
+    ``pictures``: yield depth as well, which needs a grid of rays.
     """
-    each = rays.count(lens)
-    size = max(1, min(MOST_RAYS // each, MOST_AREAS // subject.count))
-    # So that rays which all hit add up to the whole image: a grid's weights have not quite the mean of the lens.
+    ray_count = rays.count(lens)
+    batch_size = max(1, min(MOST_RAYS // ray_count, MOST_AREAS // subject.count))
+    # A grid's mean weight is not quite that of the lens; with its own, rays that all hit add up to the whole image.
     mean_weight = lens.image_area if rays.random else lens.mean_weight(rays.side, rays.rows(lens))
-    area_of_unit = lens.image_area / mean_weight * lens.most / UNITS / each
-    for first in range(0, len(viewpoints), size):
-        some = viewpoints[first : first + size]
-        total = dr.zeros(mi.UInt64, len(some) * subject.count)
+    area_of_unit = lens.image_area / mean_weight * lens.most / UNITS / ray_count
+    for first in range(0, len(viewpoints), batch_size):
+        views = viewpoints[first : first + batch_size]
+        total = dr.zeros(mi.UInt64, len(views) * subject.count)
         depths = []
-        for begin in range(0, each, MOST_RAYS):
-            part = trace(subject, some, lens, rays, first, begin, min(MOST_RAYS, each - begin))
-            number = part.viewpoint * dr.opaque(mi.UInt32, subject.count) + part.surface
-            units = mi.UInt64(part.weight * dr.opaque(mi.Float, UNITS / lens.most))
-            # Rays of a wavefront hit so many surfaces that to add them up before scattering only costs.
-            dr.scatter_add(total, units, number, part.hit, mode=dr.ReduceMode.Direct)
-            depth = dr.select(part.hit, part.depth, dr.inf)
+        for begin in range(0, ray_count, MOST_RAYS):
+            traced = trace(subject, views, lens, rays, first, begin, min(MOST_RAYS, ray_count - begin))
+            entry = traced.viewpoint * dr.opaque(mi.UInt32, subject.count) + traced.surface
+            units = mi.UInt64(traced.weight * dr.opaque(mi.Float, UNITS / lens.most))
+            # The rays of a wavefront hit so many different surfaces that adding up before scattering only costs time.
+            dr.scatter_add(total, units, entry, traced.hit, mode=dr.ReduceMode.Direct)
+            depth = dr.select(traced.hit, traced.depth, dr.inf)
             dr.eval(total, depth if pictures else None)
-            depths += [depth.numpy().reshape(len(some), -1)] if pictures else []
+            depths += [depth.numpy().reshape(len(views), -1)] if pictures else []
         areas = mi.Float(mi.Float64(total) * dr.opaque(mi.Float64, area_of_unit))
         images = np.concatenate(depths, axis=1).reshape(-1, rays.rows(lens), rays.side) if pictures else None
-        yield Batch(first, np.asarray(areas.numpy()).reshape(len(some), subject.count), images)
+        yield Batch(first, np.asarray(areas.numpy()).reshape(len(views), subject.count), images)
 
 
 @dataclass(frozen=True)
 class Traced:
-    """What rays hit, one entry a ray (device arrays, not evaluated)."""
+    """What rays hit: device arrays, not evaluated, with an entry for each ray."""
 
     viewpoint: Any
-    """Number within the batch."""
+    """Number of the viewpoint within the batch."""
     hit: Any
     surface: Any
     depth: Any
     """Distance along the viewing direction from the eye."""
     weight: Any
-    """Part of the image that the ray stands for, times the number of rays."""
+    """Area of the image that the ray stands for, times the number of rays."""
 
 
 def trace(
     subject: Subject, viewpoints: Viewpoints, lens: Lens, rays: Rays, first: int, begin: int, count: int
 ) -> Traced:
-    """Trace the rays ``begin`` to ``begin + count`` of each viewpoint; ``first`` is the number of the first of them."""
+    """Trace the rays ``begin`` to ``begin + count`` of each viewpoint; ``first``: number of the first viewpoint."""
     lane = dr.arange(mi.UInt32, len(viewpoints) * count)
     viewpoint, k = divide(lane, count)
     k += dr.opaque(mi.UInt32, begin)
@@ -148,25 +148,25 @@ def trace(
         key = mix(mix(mi.UInt32(rays.seed)) ^ (viewpoint + dr.opaque(mi.UInt32, first)))
         u, v = to_unit(mix(key ^ mix(2 * k))), to_unit(mix(key ^ mix(2 * k + 1)))
     elif lens.wraps:
-        # A Fibonacci lattice: rows of a grid would all begin and end at the same edges of what is seen.
+        # A Fibonacci lattice: the rows of a grid would all begin and end at the same edges of what is seen.
         u, v = to_unit(k * GOLDEN_RATIO), (mi.Float(k) + 0.5) * dr.opaque(mi.Float, 1 / rays.count(lens))
     else:
         row, column = divide(k, rays.side)
-        wide, high = dr.opaque(mi.Float, 1 / rays.side), dr.opaque(mi.Float, 1 / rays.rows(lens))
-        u, v = (mi.Float(column) + 0.5) * wide, (mi.Float(row) + 0.5) * high
+        width, height = dr.opaque(mi.Float, 1 / rays.side), dr.opaque(mi.Float, 1 / rays.rows(lens))
+        u, v = (mi.Float(column) + 0.5) * width, (mi.Float(row) + 0.5) * height
     ray, weight = world_ray(viewpoints, lens, viewpoint, u, v, even=rays.random > 0)
-    found = subject.scene.ray_intersect_preliminary(ray, coherent=not rays.random)
+    intersection = subject.scene.ray_intersect_preliminary(ray, coherent=not rays.random)
     from_eye = ray.o - gather_rows(viewpoints.eyes, viewpoint)
-    depth = dr.dot(from_eye + found.t * ray.d, gather_rows(viewpoints.forward, viewpoint))
-    return Traced(viewpoint, found.is_valid(), subject.surface(found), depth, weight)
+    depth = dr.dot(from_eye + intersection.t * ray.d, gather_rows(viewpoints.forward, viewpoint))
+    return Traced(viewpoint, intersection.is_valid(), subject.surface(intersection), depth, weight)
 
 
 def world_ray(
     viewpoints: Viewpoints, lens: Lens, viewpoint: Any, u: Any, v: Any, even: bool = False
 ) -> tuple[Any, Any]:
-    """Return the rays, and their weights, of viewpoints (mi.UInt32) at places (u, v) of the lens.
+    """Return the rays, and their weights, of the viewpoints numbered ``viewpoint`` (mi.UInt32) at (u, v) of the lens.
 
-    ``even``: such that all weights are the same.
+    ``even``: spread the rays so that all weights are the same.
     """
     origin, direction, weight = lens.random_ray(u, v) if even else lens.ray(u, v)
     eye, right, up, forward = (

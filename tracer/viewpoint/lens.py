@@ -1,7 +1,7 @@
 """How rays leave a viewpoint: through an image, with parallel rays or from a point, or into all directions.
 
-A lens maps a square [0, 1)^2 to rays. Each ray stands for a part of the *image*: of its area (parallel rays) or of the
-solid angle that it covers (from a point), so that what is seen is measured the same at the edge and in the middle.
+A lens maps a square [0, 1)^2 to rays. Each ray stands for a part of the *image*: a part of its area (parallel rays) or
+of the solid angle that it covers (rays from a point), so that a surface counts as much at the edge as in the middle.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from tracer.core.arrays import Floats
 
 
 class Lens(ABC):
-    """Rays of one viewpoint, in its own frame: x right, y up, z backwards."""
+    """The rays of a viewpoint, in the frame of the viewpoint: x right, y up, z backwards."""
 
     @abstractmethod
     def ray(self, u: Any, v: Any) -> tuple[Any, Any, Any]:
         """Return (origin, unit direction, weight) for places (mi.Float) in the square; v goes down.
 
-        The weight is the derivative of the area of the image by that of the square: its mean is ``image_area``.
+        The weight is the area of the image per area of the square; its mean is ``image_area``.
         """
 
     @property
@@ -34,28 +34,29 @@ class Lens(ABC):
         """Area of the image: in squared units of length for parallel rays, else steradians."""
 
     def random_ray(self, u: Any, v: Any) -> tuple[Any, Any, Any]:
-        """Return the same such that all weights are ``image_area``: for random rays, of which all then count alike."""
+        """Return what ``ray`` does, but with rays spread so that all weights are ``image_area``, for random rays."""
         return self.ray(u, v)
 
     @abstractmethod
     def toward(self, places: Floats) -> tuple[Floats, NDArray[np.bool_]]:
-        """Return where rays to places (..., 3) start, and whether those (...) are within the image; in the own frame.
+        """Return (starts (..., 3), inside (...)) of the rays to places (..., 3), in the frame of the viewpoint.
 
-        The reverse of ``ray``. What starts outside the image may start anywhere.
+        This is the reverse of ``ray``. ``inside``: whether the place is within the image; if not, any start may be
+        returned.
         """
 
     wraps = False
     """Whether the left edge of the square is also its right one."""
     aspect = 1.0
-    """Width of the image over its height: a grid of rays has as many more columns than rows."""
+    """Width of the image over its height, and of the columns of a grid of rays over its rows."""
 
     @property
     def most(self) -> float:
-        """The largest weight of a ray."""
+        """Largest weight of a ray."""
         return self.image_area
 
     def mean_weight(self, columns: int, rows: int) -> float:
-        """Return the mean weight of a grid of rays."""
+        """Return the mean weight of a grid of ``columns`` x ``rows`` rays."""
         return self.image_area
 
 
@@ -94,14 +95,14 @@ class Perspective(Lens):
         return float(np.tan(np.radians(self.field_of_view) / 2))
 
     def ray(self, u: Any, v: Any) -> tuple[Any, Any, Any]:
-        """See ``Lens.ray``: a pixel at angle t from the axis covers cos^3 t of the solid angle of one in the middle."""
+        """See ``Lens.ray``; a pixel at angle t from the axis covers cos^3 t of the solid angle of one in the middle."""
         reach = dr.opaque(mi.Float, self.reach)
         x, y = (2 * u - 1) * reach, (1 - 2 * v) * reach
         cosine = dr.rsqrt(1 + dr.square(x) + dr.square(y))
         return mi.Point3f(0), mi.Vector3f(x, y, -1) * cosine, 4 * dr.square(reach) * cosine * dr.square(cosine)
 
     def random_ray(self, u: Any, v: Any) -> tuple[Any, Any, Any]:
-        """See ``Lens.random_ray``, uniform in solid angle: x from its marginal distribution, then y given x.
+        """See ``Lens.random_ray``; uniform in solid angle, with x from its marginal distribution, then y given x.
 
         The density cos^3 t / area has the distribution atan(r x / sqrt(1 + r^2 + x^2)) of x, and given x that of y is
         y / sqrt(1 + x^2 + y^2), both up to a factor; r is the reach.
@@ -120,13 +121,13 @@ class Perspective(Lens):
 
     @property
     def image_area(self) -> float:
-        """See ``Lens.image_area``: the solid angle of a square pyramid."""
-        side = self.reach**2
-        return float(4 * np.arcsin(side / (1 + side)))
+        """See ``Lens.image_area``; here the solid angle of a square pyramid."""
+        reach_squared = self.reach**2
+        return float(4 * np.arcsin(reach_squared / (1 + reach_squared)))
 
     @property
     def most(self) -> float:
-        """See ``Lens.most``: in the middle."""
+        """See ``Lens.most``; it is the weight in the middle."""
         return 4 * self.reach**2
 
     def mean_weight(self, columns: int, rows: int) -> float:
@@ -137,7 +138,7 @@ class Perspective(Lens):
 
 @dataclass(frozen=True)
 class WholeSphere(Lens):
-    """All directions, each as likely: z is uniform (Archimedes)."""
+    """All directions, uniform on the sphere: z is uniform (Archimedes)."""
 
     wraps = True
 

@@ -17,30 +17,34 @@ from tracer.viewpoint.atom_files import Atoms
 from tracer.viewpoint.surfaces import Subject, open_subject
 
 BALL_LEVEL = 2
-"""Of the icosphere that stands for an atom: 320 faces."""
+"""An atom is an icosphere of this level, which has 320 faces."""
 MOST_ATOMS = 20_000
+"""A subject has at most this many atoms."""
 MOST_TRIED = 5_000_000
-"""Of which a ball is cut."""
+"""A ball is cut out of at most this many atoms."""
 COVALENT_SHARE = 0.5
-"""Balls have this part of the covalent radius unless told otherwise: as in a ball-and-stick model."""
+"""Balls have this share of the covalent radius unless a radius is given, as in a ball-and-stick model."""
 
 
 def repeat(atoms: Atoms, times: tuple[int, int, int]) -> Atoms:
-    """Return a crystal with its cell repeated along its three vectors. Raises SettingsError for a molecule."""
+    """Return a crystal with its cell repeated along its three vectors.
+
+    Raises SettingsError for a molecule, for a number of times below 1, and for too many atoms.
+    """
     cell = cell_of(atoms)
     if min(times) < 1:
         raise SettingsError(f"A cell is repeated at least once along each axis, not {times}.")
     require_few(len(atoms) * int(np.prod(np.array(times, object))))
-    shifts = np.stack(np.meshgrid(*(np.arange(n) for n in times), indexing="ij"), axis=-1).reshape(-1, 3) @ cell
+    shifts = np.stack(np.meshgrid(*(np.arange(count) for count in times), indexing="ij"), axis=-1).reshape(-1, 3) @ cell
     positions = (shifts[:, None] + atoms.positions).reshape(-1, 3)
     return Atoms(atoms.symbols * len(shifts), positions, cell * np.array(times)[:, None])
 
 
 def ball(atoms: Atoms, radius: float, centre: ArrayLike | None = None) -> Atoms:
-    """Return the atoms within ``radius`` of ``centre`` (the middle of the cell's atoms), a crystal's cell repeated.
+    """Return the atoms within ``radius`` of ``centre``, by default the mean place of all atoms.
 
-    A shape without corners of its own: a box cut from a crystal would show those. Raises SettingsError where the ball
-    has no atom.
+    The cell of a crystal is repeated as often as the ball needs. A ball has no corners, which a box that is cut from a
+    crystal would show. Raises SettingsError if the ball has no atom, or too many.
     """
     if not 0 < radius < np.inf:
         raise SettingsError(f"The radius of the ball to cut must be positive, not {radius:g}.")
@@ -49,12 +53,12 @@ def ball(atoms: Atoms, radius: float, centre: ArrayLike | None = None) -> Atoms:
     if atoms.cell is not None:
         heights = 1 / np.linalg.norm(np.linalg.inv(atoms.cell), axis=0)
         reach = np.linalg.norm(positions - middle, axis=1).max() + radius
-        wanted = np.ceil(reach / heights)
-        if not np.all(wanted < MOST_TRIED):
+        needed = np.ceil(reach / heights)
+        if not np.all(needed < MOST_TRIED):
             raise SettingsError(f"A ball of {radius:g} Angstrom has too many atoms; cut out a smaller one.")
-        n = wanted.astype(int)
-        require_few(len(atoms) * int(np.prod(2 * n.astype(object) + 1)), MOST_TRIED)
-        shifts = np.stack(np.meshgrid(*(np.arange(-k, k + 1) for k in n), indexing="ij"), axis=-1).reshape(-1, 3)
+        repeats = needed.astype(int)
+        require_few(len(atoms) * int(np.prod(2 * repeats.astype(object) + 1)), MOST_TRIED)
+        shifts = np.stack(np.meshgrid(*(np.arange(-k, k + 1) for k in repeats), indexing="ij"), axis=-1).reshape(-1, 3)
         positions = ((shifts @ atoms.cell)[:, None] + positions).reshape(-1, 3)
         symbols = np.tile(symbols, len(shifts))
     inside = np.linalg.norm(positions - middle, axis=1) <= radius + 1e-9
@@ -64,39 +68,43 @@ def ball(atoms: Atoms, radius: float, centre: ArrayLike | None = None) -> Atoms:
 
 
 def cell_of(atoms: Atoms) -> Floats:
-    """Return the cell. Raises SettingsError where there is none."""
+    """Return the cell (3, 3). Raises SettingsError if there is none."""
     if atoms.cell is None:
         raise SettingsError("A molecule has no cell that could be repeated; this is for crystals.")
     return atoms.cell
 
 
 def zone_axes(atoms: Atoms, most: int = 2) -> Floats:
-    """Return the directions (N, 3) of the lattice with indices up to ``most``: where rows of atoms line up.
+    """Return unit directions (N, 3) along which rows of atoms may line up.
 
-    Views along them are narrow wells that a grid of directions misses. Also with the axes of the atoms themselves,
-    their principal ones, which is all that a molecule has.
+    Views along them are narrow wells of a measure, which a grid of directions misses. The directions are the principal
+    axes of the atoms, and for a crystal also the lattice directions, and the normals of lattice planes, with indices
+    up to ``most``.
     """
     centred = atoms.positions - atoms.positions.mean(axis=0)
     axes = [np.linalg.eigh(centred.T @ centred)[1].T] if len(atoms) > 1 else []
     if atoms.cell is not None:
-        n = np.arange(-most, most + 1)
-        indices = np.stack(np.meshgrid(n, n, n, indexing="ij"), axis=-1).reshape(-1, 3)
+        steps = np.arange(-most, most + 1)
+        indices = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
         first = np.array([next((k for k in row if k), 0) for row in indices])
         indices = indices[(first > 0) & (np.gcd.reduce(indices, axis=1) == 1)]
         axes.append(indices @ atoms.cell)
         axes.append(indices @ np.linalg.inv(atoms.cell).T)  # normals of lattice planes
-    found = np.concatenate(axes) if axes else np.eye(3)
-    return found / np.linalg.norm(found, axis=1, keepdims=True)
+    directions = np.concatenate(axes) if axes else np.eye(3)
+    return directions / np.linalg.norm(directions, axis=1, keepdims=True)
 
 
 def open_molecule(atoms: Atoms, radius: float | None = None) -> Subject:
-    """Return atoms as a subject, a surface an atom; ``radius``: of all balls, else half the covalent one of each."""
+    """Return atoms as a subject in which each atom is a surface.
+
+    ``radius``: of all balls in Angstrom; None: half the covalent radius of each atom. Raises SettingsError.
+    """
     require_few(len(atoms))
     if radius is not None and not 0 < radius < np.inf:
         raise SettingsError(f"The radius of atoms must be positive, not {radius:g}.")
     radii = np.full(len(atoms), radius) if radius is not None else COVALENT_SHARE * covalent_radii(atoms.symbols)
     points, faces = icosphere(BALL_LEVEL)
-    # As wide, on average, as the ball it stands for: a convex body's mean projected area is a quarter of its area.
+    # Scaled to the mean projected area of the ball that it stands for: a quarter of the area of any convex body.
     a, b, c = points[faces].transpose(1, 0, 2)
     points = points * np.sqrt(8 * np.pi / np.linalg.norm(np.cross(b - a, c - a), axis=-1).sum())
     vertices = atoms.positions[:, None] + radii[:, None, None] * points
@@ -112,13 +120,13 @@ def open_molecule(atoms: Atoms, radius: float | None = None) -> Subject:
 
 
 def require_few(count: int, most: int = MOST_ATOMS) -> None:
-    """Raise SettingsError for more atoms than can be looked at."""
+    """Raise SettingsError if ``count`` atoms are more than ``most``."""
     if count > most:
         raise SettingsError(f"{count} atoms are more than {most}; cut out a smaller ball, or repeat the cell less.")
 
 
 def covalent_radii(symbols: list[str]) -> Floats:
-    """Return covalent radii (N,) by element (B. Cordero and others, Dalton Transactions, 2008); 0.7 of what is none."""
+    """Return covalent radii (N,) by element (B. Cordero and others, Dalton Transactions, 2008); 0.7 if unknown."""
     from ase.data import atomic_numbers
     from ase.data import covalent_radii as table
 

@@ -1,4 +1,4 @@
-"""What a measure is given: one view, and where it asks for them its neighbours and what all views have in common."""
+"""What a measure is given: a view, and if it needs them the neighbours of the view and the channel of all views."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Picture:
     hit: NDArray[np.bool_]
     """Where a surface is seen."""
     depth: NDArray[np.float32]
-    """Along the viewing direction: 0 where the sphere around the subject begins, 1 where it ends; NaN: background."""
+    """Depth along the view: 0 where the sphere around the subject begins, 1 where it ends; NaN for background."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Sight:
     projected: Floats
     """(K,): their projected areas, all > 0."""
     image_area: float
-    """Area of the image, in the same unit."""
+    """Area of the image, in the unit of ``projected``."""
     background: bool = True
     """Whether the background counts as a surface in entropy."""
     picture: Picture | None = None
@@ -55,6 +55,6 @@ class Sight:
 
 
 def sight_of(subject: Subject, areas: NDArray, image_area: float, background: bool = True) -> Sight:
-    """Return a view from the projected areas of all surfaces (Z,)."""
+    """Return what is seen in a view with the projected ``areas`` (Z,) of all surfaces."""
     seen = np.flatnonzero(areas)
     return Sight(subject, seen, areas[seen].astype(np.float64), image_area, background)

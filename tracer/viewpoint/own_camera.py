@@ -1,4 +1,4 @@
-"""A scene's own camera as a lens: whatever rays a sensor of Mitsuba sends, through the middle of its aperture."""
+"""A scene's own camera as a lens: the rays of any Mitsuba sensor, through the middle of its aperture."""
 
 from __future__ import annotations
 
@@ -19,25 +19,27 @@ from tracer.viewpoint.item_buffer import Viewpoints
 from tracer.viewpoint.lens import Lens
 
 STEP = 1 / 1024
-"""Of differences, as a share of the image."""
+"""Central differences of rays take this step to either side, as a share of the side of the image."""
 GRID = 128
-"""Rays a side that find the area of the image."""
+"""The grid that measures the area of the image, and finds places in it, has this many rays along each side."""
 
 
 @dataclass(frozen=True, eq=False)
 class SensorLens(Lens):
-    """The image of a sensor. Its rays are in the frame of ``view``, which stands where the sensor does."""
+    """A lens with the rays of a sensor, in the frame of ``view``, the viewpoint at the place of the sensor."""
 
     sensor: Any
     view: Viewpoints
     parallel: bool
     """Whether the weight of a ray is an area, not a solid angle."""
     area: float
+    """Area of the image, see ``Lens.image_area``."""
     largest: float
+    """Upper limit of the weights, see ``Lens.most``."""
     aspect: float = 1.0
 
     def ray(self, u: Any, v: Any) -> tuple[Any, Any, Any]:
-        """See ``Lens.ray``: the weight by differences of rays."""
+        """See ``Lens.ray``; the weight comes from differences between rays."""
         ray = world_ray_of(self.sensor, u, v)
         return self.inward(ray.o - mi.Point3f(self.view.eyes[0].tolist())), self.inward(ray.d), self.weight(u, v)
 
@@ -47,36 +49,37 @@ class SensorLens(Lens):
         return mi.Vector3f(*(dr.dot(vector, mi.Vector3f(axis.tolist())) for axis in axes))
 
     def toward(self, places: Floats) -> tuple[Floats, NDArray[np.bool_]]:
-        """See ``Lens.toward``: the place in the image by a step from the nearest ray of a grid."""
+        """See ``Lens.toward``; one linear step from the nearest ray of a grid leads to the place in the image."""
         distance = np.linalg.norm(places, axis=-1)
         aims = places[..., :2] if self.parallel else places / np.maximum(distance, 1e-300)[..., None]
         origins, tree, steps = self.grid
         nearest = tree.query(aims)[1]
-        off = np.einsum("...kd,...d->...k", steps[nearest], aims - tree.data[nearest])
-        place = np.stack([nearest % GRID, nearest // GRID], axis=-1) + off
-        inside = np.all((place >= -0.5) & (place <= GRID - 0.5) & (np.abs(off) < 2), axis=-1)
+        offset = np.einsum("...kd,...d->...k", steps[nearest], aims - tree.data[nearest])
+        place = np.stack([nearest % GRID, nearest // GRID], axis=-1) + offset
+        inside = np.all((place >= -0.5) & (place <= GRID - 0.5) & (np.abs(offset) < 2), axis=-1)
         if self.parallel:
             depth = origins[nearest, 2]
             return np.concatenate([aims, depth[..., None]], axis=-1), inside & (places[..., 2] < depth)
-        near = np.linalg.norm(origins[nearest], axis=-1)
-        return aims * near[..., None], inside & (distance > near)
+        start_distance = np.linalg.norm(origins[nearest], axis=-1)
+        return aims * start_distance[..., None], inside & (distance > start_distance)
 
     @cached_property
     def grid(self) -> tuple[Floats, Any, Floats]:
-        """Origins (GRID^2, 3) of a grid of rays; a tree of where they aim, their directions, or places if parallel.
+        """Return (origins, tree, steps) of a grid of rays.
 
-        And (GRID^2, 2, D): the columns and rows that a difference of aims is worth there.
+        Origins (GRID^2, 3). A tree of the aims (GRID^2, D) of the rays: their directions, or if they are parallel the
+        x and y of their origins. Steps (GRID^2, 2, D): columns and rows of the grid per difference of aims.
         """
         row, column = divide(dr.arange(mi.UInt32, GRID * GRID), GRID)
         origin, direction, _ = self.ray((mi.Float(column) + 0.5) / GRID, (mi.Float(row) + 0.5) / GRID)
-        origins, directions = (np.array(each, np.float64).T for each in (origin, direction))
+        origins, directions = (np.array(vectors, np.float64).T for vectors in (origin, direction))
         aims = origins[:, :2] if self.parallel else directions
         image = aims.reshape(GRID, GRID, -1)
         slopes = np.stack([np.gradient(image, axis=1), np.gradient(image, axis=0)], axis=-1)
         return origins, cKDTree(aims), np.asarray(np.linalg.pinv(slopes.reshape(GRID * GRID, -1, 2)), np.float64)
 
     def weight(self, u: Any, v: Any) -> Any:
-        """Return the derivative of solid angle, or of area across the ray, by that of the square."""
+        """Return the solid angle, or for parallel rays the area across them, per area of the square."""
         return weight_of(self.sensor, u, v, self.parallel)
 
     @property
@@ -95,18 +98,21 @@ class SensorLens(Lens):
 
 
 def own_camera(scene: Any, number: int = 0) -> tuple[Viewpoints, SensorLens, tuple[int, int]]:
-    """Return (one viewpoint, lens, (columns, rows) of the film) of a sensor of a scene. Raises SceneError."""
+    """Return (viewpoint, lens, (columns, rows) of the film) of the sensor ``number`` of a scene.
+
+    Raises SceneError if there is no such sensor, or if its rays form no image.
+    """
     sensors = scene.sensors()
     if not 0 <= number < len(sensors):
-        there = f"it has {len(sensors)}, numbered from 0" if sensors else "it has none"
-        raise SceneError(f"The scene has no camera {number}: {there}.")
+        existing = f"it has {len(sensors)}, numbered from 0" if sensors else "it has none"
+        raise SceneError(f"The scene has no camera {number}: {existing}.")
     sensor = sensors[number]
     middle = world_ray_of(sensor, mi.Float(0.5), mi.Float(0.5))
     down = world_ray_of(sensor, mi.Float(0.5), mi.Float(0.5 + 16 * STEP))
     columns, rows = (int(size) for size in sensor.film().crop_size())
-    forward, lower = (np.array(one.d, np.float64).ravel() for one in (middle, down))
+    forward, lower = (np.array(ray.d, np.float64).ravel() for ray in (middle, down))
     downward = lower - forward
-    if np.linalg.norm(downward) < 1e-7:  # parallel rays
+    if np.linalg.norm(downward) < 1e-7:  # parallel rays differ in their origins alone
         downward = np.array(down.o - middle.o, np.float64).ravel()
     downward -= np.dot(downward, forward) * forward
     if columns * rows < 2 or not np.all(np.isfinite(downward)) or np.linalg.norm(downward) < 1e-12:
@@ -135,8 +141,8 @@ def weight_of(sensor: Any, u: Any, v: Any, parallel: bool) -> Any:
     right, left = world_ray_of(sensor, u + h, v), world_ray_of(sensor, u - h, v)
     below, above = world_ray_of(sensor, u, v + h), world_ray_of(sensor, u, v - h)
     if parallel:
-        turned = dr.cross(right.o - left.o, below.o - above.o)
-        return dr.abs(dr.dot(turned, right.d)) / dr.square(2 * h)
+        area = dr.cross(right.o - left.o, below.o - above.o)
+        return dr.abs(dr.dot(area, right.d)) / dr.square(2 * h)
     return dr.norm(dr.cross(right.d - left.d, below.d - above.d)) / dr.square(2 * h)
 
 

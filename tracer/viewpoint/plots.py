@@ -17,22 +17,23 @@ Integers = NDArray[np.int64]
 
 
 def figure(width: float, height: float) -> Any:
-    """Return a figure that no window shows."""
+    """Return an empty figure, ``width`` x ``height`` inches, that no window shows."""
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), layout="constrained")
 
 
-def save(drawn: Any, path: Path, dpi: int = 110) -> None:
+def save(plot: Any, path: Path, dpi: int = 110) -> None:
     """Write a figure as PNG, whole or not at all."""
     with atomic.whole(path) as temporary:
-        drawn.savefig(temporary, dpi=dpi, format="png")
+        plot.savefig(temporary, dpi=dpi, format="png")
 
 
 def flat(directions: Floats, up: Floats, below: bool) -> tuple[Floats, Floats, Floats]:
-    """Return (x, y, depth) of directions in Lambert's equal-area map of one half of the sphere, seen from outside.
+    """Return (x, y, depth), each (N,), of directions (N, 3) on a map of one half of the sphere, seen from outside.
 
-    The rim of the disc is the horizon, at 1; depth is positive on this half. From below, y is turned over.
+    Lambert's equal-area map: the horizon is the rim of the disc, at radius 1. ``depth`` is positive on the half that is
+    shown. ``below`` shows the lower half, with y mirrored.
     """
     sign = -1.0 if below else 1.0
     right, ahead = frame(-up)
@@ -48,12 +49,12 @@ def draw_sphere(
     triangles: Integers,
     values: Floats,
     up: Floats,
-    path: Floats | None = None,
+    way: Floats | None = None,
     marks: dict[str, Floats] | None = None,
 ) -> Any:
     """Draw the sphere as two discs, seen from above (``up``) and below; return the coloured patches, for a colour bar.
 
-    ``path`` (N, 3) is drawn as a line, ``marks`` as crosses with their names.
+    ``way`` (N, 3) is drawn as a line, ``marks`` (each (3,)) as crosses with their names.
     """
     from matplotlib.patheffects import withStroke
 
@@ -68,8 +69,8 @@ def draw_sphere(
             x, y, triangles[near], shown, shading="gouraud", vmin=shown.min(), vmax=shown.max(), cmap="viridis"
         )
         patches.set_clip_path(rim)
-        if path is not None:
-            x, y, depth = flat(path, up, below)
+        if way is not None:
+            x, y, depth = flat(way, up, below)
             hidden = depth < 0
             axis.plot(np.where(hidden, np.nan, x), np.where(hidden, np.nan, y), color="white", linewidth=1.6)
         for name, direction in (marks or {}).items():
@@ -85,7 +86,7 @@ def draw_sphere(
 
 
 def finish(axis: Any, title: str) -> None:
-    """Name a disc and show it whole, without axes."""
+    """Give a disc its title, and show all of it without axes."""
     axis.set_title(title, fontsize=8)
     axis.set_xlim(-1.03, 1.03)
     axis.set_ylim(-1.03, 1.03)
@@ -96,15 +97,16 @@ def finish(axis: Any, title: str) -> None:
 def draw_parts(
     axes: Sequence[Any], points: Floats, triangles: Integers, values: Floats, up: Floats, most: float
 ) -> Any:
-    """Draw spherical triangles (T, 3) of directions, each in the colour of its value, 0 to ``most``; see draw_sphere.
+    """Draw spherical triangles (T, 3) of directions as ``draw_sphere`` does, each in the colour of its value.
 
-    A triangle that crosses the horizon is drawn on both discs. Return the coloured patches.
+    The scale goes from 0 to ``most``. A triangle that crosses the horizon is drawn on both discs. Return the coloured
+    patches.
     """
     from matplotlib.collections import PolyCollection
 
-    share = np.linspace(0, 1, 9)[:-1, None]
+    shares = np.linspace(0, 1, 9)[:-1, None]
     corners = points[triangles]
-    sides = [corners[:, k, None] * (1 - share) + corners[:, (k + 1) % 3, None] * share for k in range(3)]
+    sides = [corners[:, k, None] * (1 - shares) + corners[:, (k + 1) % 3, None] * shares for k in range(3)]
     outlines = normalised(np.concatenate(sides, axis=1))
     patches = None
     for axis, below in zip(axes, (False, True), strict=True):
@@ -120,7 +122,7 @@ def draw_parts(
 
 
 def circle() -> Any:
-    """Return the rim of a disc."""
+    """Return the rim of a disc of radius 1."""
     from matplotlib.patches import Circle
 
     return Circle((0, 0), 1.0, facecolor="none", edgecolor="black", linewidth=0.8)
@@ -136,28 +138,28 @@ def sphere_plot(
     way: Floats | None = None,
     marks: Sequence[dict[str, Floats]] | None = None,
 ) -> None:
-    """Write a plot with the sphere coloured by each of ``columns`` (V,), two a row where there are several."""
+    """Write a plot with a sphere for each of ``columns`` (V,), coloured by its values; up to two stand in a row."""
     across = 2 if len(columns) > 1 else 1
     down = -(-len(columns) // across)
-    drawn = figure(6.4 * across, 3.1 * down)
-    grid = drawn.subfigures(down, across, squeeze=False)
+    plot = figure(6.4 * across, 3.1 * down)
+    grid = plot.subfigures(down, across, squeeze=False)
     for k, values in enumerate(columns):
-        part = grid[k // across][k % across]
-        axes = part.subplots(1, 2)
+        panel = grid[k // across][k % across]
+        axes = panel.subplots(1, 2)
         patches = draw_sphere(axes, directions, triangles, values, up, way, marks[k] if marks else None)
-        part.suptitle(titles[k], fontsize=10)
-        part.colorbar(patches, ax=list(axes), shrink=0.8)
-    save(drawn, path)
+        panel.suptitle(titles[k], fontsize=10)
+        panel.colorbar(patches, ax=list(axes), shrink=0.8)
+    save(plot, path)
 
 
 def sheet(path: Path, pictures: Sequence[Floats], captions: Sequence[str], across: int) -> None:
     """Write pictures (H, W, 3) with captions, ``across`` a row."""
     down = -(-len(pictures) // across)
-    drawn = figure(2.3 * across, 2.55 * down)
-    axes = drawn.subplots(down, across, squeeze=False)
+    plot = figure(2.3 * across, 2.55 * down)
+    axes = plot.subplots(down, across, squeeze=False)
     for axis in axes.flat:
         axis.axis("off")
     for axis, picture, caption in zip(axes.flat, pictures, captions, strict=False):
         axis.imshow(picture, interpolation="nearest")
         axis.set_title(caption, fontsize=8)
-    save(drawn, path)
+    save(plot, path)

@@ -1,4 +1,4 @@
-"""Complexity of parts of what is seen from a point: spherical triangles, or square blocks of an image.
+"""Complexity of regions of what is seen from a viewpoint: spherical triangles, or square blocks of an image.
 
 The paper, sections 2 and 4.2: from one viewpoint, regions differ in complexity. Each is measured with a few rays.
 """
@@ -25,28 +25,31 @@ from tracer.viewpoint.surfaces import Subject
 
 @dataclass(frozen=True)
 class Regions:
-    """What K rays in each of some regions hit. All measures are (...) as the regions are, the background a surface."""
+    """What the K rays of each region hit.
+
+    Every measure has the shape (...) of the regions and counts the background as a surface.
+    """
 
     surfaces: int
-    """Of the subject."""
+    """Number of surfaces of the subject."""
     same: NDArray[np.uint32]
-    """(..., K): for each ray, how many of the K rays of its region hit the surface that it hit, or miss as it does."""
+    """(..., K): for each ray, how many of the K rays of its region hit the same surface, or miss if it misses."""
     hit: NDArray[np.bool_]
     """(..., K): whether the ray hit anything."""
 
     @cached_property
     def entropy(self) -> Floats:
-        """Bits, 0 to log2 K."""
+        """Entropy in bits of the surfaces that are hit, 0 to log2 K."""
         return measures.ray_entropy(self.same)
 
     @cached_property
     def gini(self) -> Floats:
-        """0 to 1 - 1 / K."""
+        """Gini-Simpson index of the surfaces that are hit, 0 to 1 - 1 / K."""
         return measures.ray_gini(self.same)
 
     @cached_property
     def distinct(self) -> Floats:
-        """How many different surfaces were hit, the background one of them."""
+        """How many different surfaces are hit, including the background."""
         return measures.ray_distinct(self.same)
 
     @cached_property
@@ -56,9 +59,9 @@ class Regions:
 
 
 def look_through_triangles(subject: Subject, eyes: Floats, triangles: Floats, rays: int, seed: int = 0) -> Regions:
-    """Return the complexity of spherical triangles (T, 3, 3), of unit directions, seen from ``eyes`` (T, 3).
+    """Return the T regions that are spherical triangles (T, 3, 3) of unit directions, seen from ``eyes`` (T, 3).
 
-    ``rays`` random rays each, uniform in solid angle.
+    Each has ``rays`` random rays, uniform in solid angle.
     """
     count = len(triangles)
     lane = dr.arange(mi.UInt32, count * rays)
@@ -72,46 +75,47 @@ def look_through_triangles(subject: Subject, eyes: Floats, triangles: Floats, ra
 def look_through_blocks(
     subject: Subject, viewpoint: Viewpoints, lens: Lens, across: int, down: int, side: int
 ) -> Regions:
-    """Return the complexity of ``across`` x ``down`` blocks of an image, with ``side`` x ``side`` rays each.
+    """Return the regions (down, across) that are blocks of an image, with ``side`` x ``side`` rays each.
 
-    ``viewpoint`` is one. Regions are (down, across).
+    ``viewpoint`` holds one viewpoint.
     """
     rays, count = side * side, across * down * side * side
-    group, within = divide(dr.arange(mi.UInt32, count), rays)
-    row, column = divide(group, across)
-    low, right = divide(within, side)
-    wide, high = dr.opaque(mi.Float, 1 / (across * side)), dr.opaque(mi.Float, 1 / (down * side))
+    block, within = divide(dr.arange(mi.UInt32, count), rays)
+    row, column = divide(block, across)
+    inner_row, inner_column = divide(within, side)
+    width, height = dr.opaque(mi.Float, 1 / (across * side)), dr.opaque(mi.Float, 1 / (down * side))
     step = dr.opaque(mi.UInt32, side)
-    u, v = (mi.Float(column * step + right) + 0.5) * wide, (mi.Float(row * step + low) + 0.5) * high
+    u, v = (mi.Float(column * step + inner_column) + 0.5) * width, (mi.Float(row * step + inner_row) + 0.5) * height
     ray, _ = world_ray(viewpoint, lens, dr.zeros(mi.UInt32, count), u, v)
     return regions(subject, ray, rays, (down, across))
 
 
 def regions(subject: Subject, ray: Any, rays: int, shape: tuple[int, ...]) -> Regions:
-    """Trace rays that are ordered by region, ``rays`` each."""
-    found = subject.scene.ray_intersect_preliminary(ray)
-    hit = found.is_valid()
-    surface = dr.select(hit, subject.surface(found), subject.count)
+    """Trace rays that are ordered by region, ``rays`` for each, and return the regions in ``shape``."""
+    intersection = subject.scene.ray_intersect_preliminary(ray)
+    hit = intersection.is_valid()
+    surface = dr.select(hit, subject.surface(intersection), subject.count)
     dr.eval(surface, hit)
     same = multiplicity(surface, rays)
     return Regions(subject.count, same.numpy().reshape(*shape, rays), hit.numpy().reshape(*shape, rays))
 
 
 def corners(triangles: Floats, number: Any) -> tuple[Any, Any, Any]:
-    """Return the corners (mi.Vector3f) of the triangles that ``number`` names."""
+    """Return the corners (mi.Vector3f) of the triangles (T, 3, 3) with the numbers ``number`` (mi.UInt32)."""
     table = upload(mi.Float, triangles)
     a, b, c = (mi.Vector3f(*(dr.gather(mi.Float, table, 9 * number + 3 * j + k) for k in range(3))) for j in range(3))
     return a, b, c
 
 
 def uniform_in_triangle(corners: tuple[Any, Any, Any], u: Any, v: Any) -> Any:
-    """Return directions (mi.Vector3f) uniform in the solid angle of spherical triangles from uniform numbers.
+    """Return directions (mi.Vector3f) that are uniform in the solid angle of spherical triangles.
 
-    J. Arvo, "Stratified sampling of spherical triangles", SIGGRAPH 1995: u cuts off a triangle A B C' of u times the
-    area, v is the height on the arc from B to C'. Triangles are counter-clockwise from outside.
+    J. Arvo, "Stratified sampling of spherical triangles", SIGGRAPH 1995: of the uniform numbers, u cuts off a triangle
+    A B C' with u times the area, and v is the height on the arc from B to C'. The corners are counter-clockwise as seen
+    from outside.
     """
     a, b, c = corners
-    # Angles between the planes of the great circles.
+    # The normals of the planes of the great circles, and the angles between these planes.
     ab, bc, ca = (dr.normalize(dr.cross(*pair)) for pair in ((a, b), (b, c), (c, a)))
     alpha, beta, gamma = (dr.safe_acos(-dr.dot(*pair)) for pair in ((ca, ab), (ab, bc), (bc, ca)))
     area = alpha + beta + gamma - dr.pi

@@ -1,4 +1,4 @@
-"""Pictures of views lit as the scene is, rendered with the samples where they pay."""
+"""Pictures of views in the light of the scene, rendered adaptively."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from tracer.viewpoint.surfaces import Subject
 def render_views(
     subject: Subject, viewpoints: Viewpoints, lens: Lens, size: int, spp: int, clip: tuple[float, float] | None = None
 ) -> list[Floats]:
-    """Return a picture (size, size, 3) in [0, 1], encoded as sRGB, of each view, with ``spp`` samples per pixel.
+    """Return a picture (size, size, 3) of each view in [0, 1], encoded as sRGB, with ``spp`` samples per pixel.
 
-    Rendered with the scene's own integrator. The lens is one of ``stand``: square, parallel or a pinhole. Raises
-    SceneError for a scene without light.
+    Pictures are rendered with the scene's own integrator. The lens must be one that ``stand`` makes, with a square
+    image: orthographic or perspective. Raises SceneError for a scene without light.
     """
     require_light(subject)
-    found = []
+    pictures = []
     for sensor in sensors(viewpoints, lens, size, clip):
         settings = make_settings(spp=spp, objective="display")
         image = render_request(Request(subject.scene, settings, sensor=mi.load_dict(sensor))).image
-        found.append(np.asarray(encode_srgb(np.clip(np.nan_to_num(image[..., :3]), 0, 1))))
-    return found
+        pictures.append(np.asarray(encode_srgb(np.clip(np.nan_to_num(image[..., :3]), 0, 1))))
+    return pictures
 
 
 def require_light(subject: Subject) -> None:

@@ -1,6 +1,6 @@
 """The best view: the paper's search, and an exhaustive one to compare it with.
 
-A search is given a function from directions (V, 3) to values (V,), more being better, and knows nothing else.
+A search is given a function from directions (V, 3) to values (V,), of which larger ones are better, and nothing else.
 """
 
 from __future__ import annotations
@@ -15,13 +15,15 @@ from tracer.core.sphere import angle, icosphere, middle, octants
 from tracer.viewpoint.direction_measure import ring
 
 Valued = Callable[[Floats], Floats]
+"""Such a function maps directions (V, 3) to values (V,), of which larger ones are better."""
 SMALLEST_EDGE = np.radians(0.5)
-"""Triangles with shorter edges are not split."""
+"""Triangles are not split if this would make both edges at the best corner shorter than this angle in radians."""
 REFINED = 8
-"""How many of the best viewpoints of a grid are refined."""
+"""This many of the best viewpoints of a grid are refined."""
 FINEST = np.radians(0.1)
+"""A viewpoint is refined until the distance of the views around it is at most this angle in radians."""
 MOST_ROUNDS = 40
-"""Of refinement: where a measure is noisy there is always something better a little further on."""
+"""Refinement ends after this many rounds: where a measure is noisy, a better view is always a little further on."""
 
 
 @dataclass(frozen=True)
@@ -31,8 +33,9 @@ class Found:
     direction: Floats
     """(3,)."""
     value: float
-    """What the search made large."""
+    """The value of the view, as large as the search could make it."""
     evaluations: int
+    """Number of directions that were measured."""
     steps: list[tuple[Floats, float]] = field(default_factory=list, repr=False)
     """Directions that were the best so far, and their values."""
 
@@ -40,37 +43,37 @@ class Found:
 def paper_search(value: Valued, all_octants: bool = False) -> Found:
     """Return the best view by recursive subdivision of a spherical triangle (the paper, section 4.1.1).
 
-    The ends of the three axes are measured; the better end of each spans the first triangle ("the three best" of the
-    six may lie opposite one another and span none). From its best corner A, the middles E of AB and F of AC are
-    measured, and AEF is next, as long as E or F is better than all before. It is greedy: if A is best, it ends there.
-    ``all_octants`` starts from each of the eight triangles.
+    The ends of the three axes are measured, and the better ends of each axis span the first triangle ("the three best"
+    of the six ends may include two opposite ones, which span none). From the best corner A of a triangle ABC, the
+    middles E of AB and F of AC are measured, and AEF is the next triangle, as long as E or F is better than A. The
+    search is greedy: it ends where A is best. ``all_octants`` starts from each of the eight triangles.
     """
     axes, triangles = octants()
     values = value(axes)
     evaluations = len(axes)
     best_ends = {k if values[k] >= values[k + 1] else k + 1 for k in (0, 2, 4)}
     starts = [corners for corners in triangles if all_octants or set(corners.tolist()) == best_ends]
-    found = []
+    descents = []
     for corners in starts:
-        found.append(descend(value, axes[corners], values[corners]))
-        evaluations += found[-1].evaluations
-    best = max(found, key=lambda one: one.value)
+        descents.append(descend(value, axes[corners], values[corners]))
+        evaluations += descents[-1].evaluations
+    best = max(descents, key=lambda descent: descent.value)
     return Found(best.direction, best.value, evaluations, best.steps)
 
 
 def descend(value: Valued, triangle: Floats, values: Floats) -> Found:
-    """Follow the best corner of a triangle (3, 3) of known values (3,)."""
+    """Return the best view that is found by splitting a triangle (3, 3) with known values (3,) at its best corner."""
     order = np.argsort(-values, kind="stable")
     triangle, values = triangle[order], values[order]
     steps = [(triangle[0], float(values[0]))]
     evaluations = 0
     while angle(triangle[0], triangle[1:]).max() > 2 * SMALLEST_EDGE:
-        between = middle(triangle[0], triangle[1:])
-        found = value(between)
+        middles = middle(triangle[0], triangle[1:])
+        middle_values = value(middles)
         evaluations += 2
-        if not found.max() > values[0]:
+        if not middle_values.max() > values[0]:
             break
-        triangle, values = np.vstack([triangle[:1], between]), np.append(values[:1], found)
+        triangle, values = np.vstack([triangle[:1], middles]), np.append(values[:1], middle_values)
         order = np.argsort(-values, kind="stable")
         triangle, values = triangle[order], values[order]
         steps.append((triangle[0], float(values[0])))
@@ -78,10 +81,11 @@ def descend(value: Valued, triangle: Floats, values: Floats) -> Found:
 
 
 def exhaustive_search(value: Valued, level: int = 3, also: Floats | None = None) -> Found:
-    """Return the best of the viewpoints of an icosphere, refined around the best few.
+    """Return the best view of the viewpoints of an icosphere, after refining the best few of them.
 
-    ``also``: directions (N, 3) that are tried with those, such as axes of a crystal: wells can be narrower than any
-    grid. Refined by six directions around each, at half the distance whenever none of them is better.
+    ``also``: directions (N, 3) that are tried as well, such as axes of a crystal, as the wells of a measure can be
+    narrower than any grid. A view is refined with six directions around it: it moves to the best of them if that is
+    better, else their distance is halved.
     """
     grid = icosphere(level)[0]
     directions = grid if also is None else np.concatenate([grid, also])
@@ -96,12 +100,12 @@ def exhaustive_search(value: Valued, level: int = 3, also: Floats | None = None)
         if not active.size:
             break
         rings = np.stack([ring(centres[k], reach[k]) for k in active])
-        found = value(rings.reshape(-1, 3)).reshape(len(active), -1)
-        evaluations += found.size
-        pick = found.argmax(axis=1)
-        improved = found[np.arange(len(active)), pick] > best[active]
+        ring_values = value(rings.reshape(-1, 3)).reshape(len(active), -1)
+        evaluations += ring_values.size
+        pick = ring_values.argmax(axis=1)
+        improved = ring_values[np.arange(len(active)), pick] > best[active]
         moved = active[improved]
-        centres[moved], best[moved] = rings[improved, pick[improved]], found[improved, pick[improved]]
+        centres[moved], best[moved] = rings[improved, pick[improved]], ring_values[improved, pick[improved]]
         reach[active[~improved]] /= 2
         if best.max() > steps[-1][1]:
             steps.append((centres[best.argmax()].copy(), float(best.max())))

@@ -1,4 +1,4 @@
-"""Open what a person names as a subject: a Mitsuba scene, a mesh, a molecule or a crystal."""
+"""Open a file that a person names as a subject: a Mitsuba scene, a mesh, a molecule or a crystal."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ from tracer.viewpoint import atom_files, molecules
 from tracer.viewpoint.surfaces import Subject, open_subject
 
 MESHES = {".ply": "ply", ".obj": "obj", ".serialized": "serialized"}
-"""Mitsuba's plugin by suffix."""
+"""Mesh files with these suffixes are read by these Mitsuba plugins."""
 
 
 @dataclass(frozen=True)
 class Opened:
-    """A subject, and what its kind adds."""
+    """A subject, and how views of its kind are made."""
 
     subject: Subject
     colours: Floats | None = None
-    """(Z, 3): of surfaces in pictures, linear sRGB; None where the scene has its own."""
+    """(Z, 3): colours of the surfaces in pictures, linear sRGB; None if the scene has its own."""
     orthographic: bool = False
-    """Whether it is looked at with parallel rays: molecules are."""
+    """Whether the subject is looked at with parallel rays, as molecules are."""
     axes: Floats | None = None
-    """(N, 3): directions that a search should try, as something lines up along them."""
+    """(N, 3): directions that a search should try, as atoms line up along them."""
     crystal: bool = False
-    """Whether it is a part of a lattice."""
+    """Whether the subject is a part of a lattice."""
     up: tuple[float, float, float] = (0.0, 0.0, 1.0)
-    """What is upwards: the axis nearest to the upward direction of the scene's camera; y for a mesh."""
+    """Upward direction: the axis nearest to the upward direction of the scene's camera; y for a mesh."""
 
 
 @dataclass(frozen=True)
@@ -45,22 +45,22 @@ class Crystal:
     """What to do with atoms before they are looked at."""
 
     repeat: tuple[int, int, int] | None = None
-    """Times that the cell is repeated along each of its vectors."""
+    """How many times the cell is repeated along each of its vectors."""
     cut: float | None = None
     """Radius of the ball that is cut out, in Angstrom."""
     radius: float | None = None
-    """Of atoms, in Angstrom; by element unless given."""
+    """Radius of all atoms, in Angstrom; None: it depends on the element."""
 
     @property
     def asked(self) -> bool:
-        """Whether any of it was asked for."""
+        """Whether any of the three was asked for."""
         return any(value is not None for value in (self.repeat, self.cut, self.radius))
 
 
 def open_source(path: Path, surfaces: str | None = None, crystal: Crystal | None = None) -> Opened:
-    """Return what a file shows. Raises SceneError or SettingsError.
+    """Return the subject that a file holds. Raises SceneError or SettingsError.
 
-    ``surfaces``: face (the default), shape or bsdf; of a molecule they are its atoms.
+    ``surfaces``: face (the default), shape or bsdf; must be None for a molecule, whose surfaces are its atoms.
     """
     crystal = crystal or Crystal()
     suffix = path.suffix.lower()
@@ -84,13 +84,13 @@ def open_source(path: Path, surfaces: str | None = None, crystal: Crystal | None
         if scene.class_name() != "Scene":
             raise SceneError(f"'{path}' holds a {scene.class_name()}, not a scene; wrap it in <scene>.")
     else:
-        known = ", ".join([".xml", *MESHES, *atom_files.SUFFIXES])
-        raise SceneError(f"'{path}' is no scene, mesh or molecule by its name; its suffix must be one of {known}.")
+        suffixes = ", ".join([".xml", *MESHES, *atom_files.SUFFIXES])
+        raise SceneError(f"'{path}' is no scene, mesh or molecule by its name; its suffix must be one of {suffixes}.")
     return Opened(open_subject(scene, surfaces or "face"), up=upwards(scene))
 
 
 def upwards(scene: Any) -> tuple[float, float, float]:
-    """Return the axis nearest to the upward direction of the first camera; y if there is none."""
+    """Return the axis, with its sign, nearest to the upward direction of the first camera; y if there is no camera."""
     if not scene.sensors():
         return (0.0, 1.0, 0.0)
     up = np.array(scene.sensors()[0].world_transform().matrix, np.float64).reshape(4, 4)[:3, 1]
@@ -100,12 +100,15 @@ def upwards(scene: Any) -> tuple[float, float, float]:
 
 
 def open_atoms(path: Path, crystal: Crystal) -> Opened:
-    """Return a molecule or crystal. A crystal of which nothing is asked is cut to a ball, as one cell shows little."""
+    """Return a molecule or crystal as a subject.
+
+    A crystal that is neither to be repeated nor to be cut is cut to a ball, as a single cell shows little.
+    """
     require_package("ase", "ase", f"'{path}' is a molecule, and reading it", "view")
     from ase.data import atomic_numbers
     from ase.data.colors import jmol_colors
 
-    read = atoms = atom_files.read_atoms(path)
+    original = atoms = atom_files.read_atoms(path)
     if crystal.repeat is not None:
         atoms = molecules.repeat(atoms, crystal.repeat)
     if crystal.cut is not None:
@@ -117,6 +120,6 @@ def open_atoms(path: Path, crystal: Crystal) -> Opened:
         molecules.open_molecule(atoms, crystal.radius),
         colours=encoded**2.2,
         orthographic=True,
-        axes=molecules.zone_axes(read),
-        crystal=read.cell is not None,
+        axes=molecules.zone_axes(original),
+        crystal=original.cell is not None,
     )

@@ -1,7 +1,8 @@
-"""What is looked at: a scene cut up into surfaces, their true areas, and the sphere around it.
+"""The subject, which is what is looked at: a scene cut up into surfaces, their true areas, and the sphere around it.
 
-What counts as a surface is a choice: a *face* (a triangle of a mesh; any other primitive, such as a sphere, is one), a
-*shape*, all that shares a *bsdf*, or groups of faces that the caller names (an atom). An instance is one surface.
+What counts as a surface is a choice: a *face* (a triangle of a mesh, or any other primitive, such as a sphere), a
+*shape*, all shapes that share a *bsdf*, or groups of faces that the caller numbers (atoms). An instance counts as
+one surface.
 """
 
 from __future__ import annotations
@@ -22,11 +23,16 @@ from tracer.errors import SceneError, SettingsError
 
 Integers = NDArray[np.int64]
 Surfaces = Literal["face", "shape", "bsdf"]
+"""These kinds of surface can be chosen by name."""
 LARGEST = 1e10
-"""Radius: products of three lengths are to stay within single precision."""
+"""The radius of a subject is at most this: products of three lengths must stay within the range of single precision."""
 NEAREST = 1e-5
-"""Radius over distance from the origin: below it, coordinates have fewer than two digits left."""
+"""The radius of a subject is at least this share of its distance from the origin.
+
+Below it, coordinates in single precision have fewer than two digits left for what differs within the subject.
+"""
 SURFACES: tuple[str, ...] = get_args(Surfaces)
+"""These are the names of the kinds of surface."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,18 +48,21 @@ class Mesh:
 
     @cached_property
     def joining(self) -> tuple[Floats, Integers]:
-        """Places (P, 3) of vertices, where normals differ one for several; and which (N,) is that of each vertex."""
+        """Return the different places (P, 3) of vertices, and the number (N,) of the place of each vertex.
+
+        Vertices that differ in their normals alone have the same place.
+        """
         places, number = np.unique(self.vertices, axis=0, return_inverse=True)
         return places, number.reshape(-1)
 
     @property
     def places(self) -> Floats:
-        """(P, 3): where there are vertices."""
+        """(P, 3): the different places of vertices."""
         return self.joining[0]
 
     @property
     def joined(self) -> Integers:
-        """(F, 3): triangles of places, so that those that touch have vertices in common."""
+        """(F, 3): triangles of numbers of places, so that triangles that touch have numbers in common."""
         return self.joining[1][self.triangles]
 
 
@@ -63,18 +72,18 @@ class Subject:
 
     scene: Any
     areas: Floats
-    """(Z,): true area of each surface; NaN where a shape cannot tell it."""
+    """(Z,): true area of each surface; NaN if the area of a shape in it is unknown."""
     names: list[str]
-    """Of the surfaces; empty where they are faces."""
+    """Names of the surfaces; empty if they are faces or groups of faces."""
     mesh: Mesh
     centre: Floats
-    """(3,): of the bounding box."""
+    """(3,): centre of the bounding box."""
     radius: float
-    """Of the sphere around ``centre`` that holds all vertices, and the corners of the boxes of what has none."""
+    """Radius of the sphere around ``centre`` that holds all vertices, and box corners of shapes without vertices."""
     first_face: Any
-    """mi.UInt32 by Mitsuba's number of a shape: the number of its first face."""
+    """mi.UInt32: number of the first face of each shape, by Mitsuba's number of the shape."""
     surface_of_face: Any
-    """mi.UInt32 by number of face, or None where faces are the surfaces."""
+    """mi.UInt32: surface of each face; None if the faces are the surfaces."""
 
     @property
     def count(self) -> int:
@@ -83,16 +92,16 @@ class Subject:
 
     @property
     def areas_known(self) -> bool:
-        """Whether all true areas are."""
+        """Whether the true areas of all surfaces are known."""
         return bool(np.all(np.isfinite(self.areas)))
 
-    def surface(self, found: Any) -> Any:
-        """Return the surface (mi.UInt32) of preliminary intersections; of those that miss, any number below Z."""
-        hit = found.is_valid()
-        instance, shape = numbers_hit(found)
-        whole = instance != 0
-        face = dr.gather(mi.UInt32, self.first_face, dr.select(whole, instance, shape), hit)
-        face += dr.select(hit & ~whole, found.prim_index, 0)
+    def surface(self, intersection: Any) -> Any:
+        """Return the surface (mi.UInt32) that each preliminary intersection hits; for a miss, any number below Z."""
+        hit = intersection.is_valid()
+        instance, shape = numbers_hit(intersection)
+        is_instance = instance != 0
+        face = dr.gather(mi.UInt32, self.first_face, dr.select(is_instance, instance, shape), hit)
+        face += dr.select(hit & ~is_instance, intersection.prim_index, 0)
         return face if self.surface_of_face is None else dr.gather(mi.UInt32, self.surface_of_face, face, hit)
 
 
@@ -108,7 +117,7 @@ def open_subject(scene: Any, surfaces: str = "face", groups: Sequence[int] | NDA
     counts = np.array([shape.primitive_count() for shape in shapes], np.int64)
     if counts.sum() == 0:
         raise SceneError("There is nothing to look at: the scene has no shape, or its meshes have no face.")
-    first = np.cumsum(counts) - counts
+    first_faces = np.cumsum(counts) - counts
     surface, names = number_surfaces(shapes, counts, surfaces) if groups is None else (np.asarray(groups), [])
     mesh, face_areas = gather_mesh(shapes, counts, surface)
     corners = [mesh.vertices] if len(mesh.vertices) else []
@@ -125,69 +134,69 @@ def open_subject(scene: Any, surfaces: str = "face", groups: Sequence[int] | NDA
         mesh=mesh,
         centre=centre,
         radius=radius,
-        first_face=table_by_shape(shapes, first),
+        first_face=table_by_shape(shapes, first_faces),
         surface_of_face=None if faces_are_surfaces else upload(mi.UInt32, surface),
     )
 
 
 def check_size(centre: Floats, radius: float) -> None:
-    """Raise SceneError for what single precision, with which rays are traced, would not see as it is."""
+    """Raise SceneError for a subject that cannot be seen truly in single precision, in which rays are traced."""
     if not np.isfinite(radius) or radius > LARGEST:
         raise SceneError(f"What there is to look at has a radius of {radius:.3g}; make it at most {LARGEST:g}.")
-    far = float(np.abs(centre).max())
-    if far * NEAREST > radius > 0:
+    distance = float(np.abs(centre).max())
+    if distance * NEAREST > radius > 0:
         raise SceneError(
-            f"What there is to look at has a radius of {radius:.3g} and is {far:.3g} from the origin, where single "
-            "precision cannot tell its parts; move it nearer."
+            f"What there is to look at has a radius of {radius:.3g} and is {distance:.3g} from the origin, where "
+            "single precision cannot tell its parts; move it nearer."
         )
 
 
 def number_surfaces(shapes: list[Any], counts: Integers, surfaces: str) -> tuple[Integers, list[str]]:
-    """Return the surface of every face, and the names of the surfaces."""
+    """Return the surface of every face, and the names of the surfaces, none if they are faces."""
     if surfaces == "face":
         return np.arange(counts.sum()), []
-    named = shapes if surfaces == "shape" else [shape.bsdf() for shape in shapes]
+    owners = shapes if surfaces == "shape" else [shape.bsdf() for shape in shapes]
     keys: dict[int, int] = {}
-    number = [keys.setdefault(id(each) if each is not None else 0, len(keys)) for each in named]
+    numbers = [keys.setdefault(id(owner) if owner is not None else 0, len(keys)) for owner in owners]
     names = [""] * len(keys)
-    for each, k in zip(named, number, strict=True):
-        names[k] = each.id() if each is not None else "no bsdf"
-    return np.repeat(number, counts), names
+    for owner, k in zip(owners, numbers, strict=True):
+        names[k] = owner.id() if owner is not None else "no bsdf"
+    return np.repeat(numbers, counts), names
 
 
 def gather_mesh(shapes: list[Any], counts: Integers, surface: Integers) -> tuple[Mesh, Floats]:
     """Return the triangles of all meshes, and the true area of every face."""
-    vertices, triangles, owners, areas = [], [], [], []
-    placed = begin = 0
+    vertices, triangles, surfaces, areas = [], [], [], []
+    vertex_count = first_face = 0
     for shape, count in zip(shapes, counts, strict=True):
         if shape.is_mesh():
-            corners = np.array(shape.vertex_positions_buffer(), np.float64).reshape(-1, 3)
+            positions = np.array(shape.vertex_positions_buffer(), np.float64).reshape(-1, 3)
             faces = np.array(shape.faces_buffer(), np.int64).reshape(-1, 3)
-            used, faces = np.unique(faces, return_inverse=True)  # others would widen the sphere around the subject
-            corners, faces = corners[used], faces.reshape(-1, 3)
-            vertices.append(corners)
-            triangles.append(faces + placed)
-            owners.append(surface[begin : begin + count])
-            a, b, c = corners[faces].transpose(1, 0, 2)
+            used, faces = np.unique(faces, return_inverse=True)  # unused vertices would widen the sphere
+            positions, faces = positions[used], faces.reshape(-1, 3)
+            vertices.append(positions)
+            triangles.append(faces + vertex_count)
+            surfaces.append(surface[first_face : first_face + count])
+            a, b, c = positions[faces].transpose(1, 0, 2)
             areas.append(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=-1))
-            placed += len(corners)
+            vertex_count += len(positions)
         elif count:
             areas.append(np.full(count, area_of(shape) / count))
-        begin += count
-    none: Floats = np.zeros((0, 3))
+        first_face += count
+    empty: Floats = np.zeros((0, 3))
     mesh = Mesh(
-        np.concatenate([none, *vertices]),
-        np.concatenate([none.astype(np.int64), *triangles]),
-        np.concatenate([np.zeros(0, np.int64), *owners]),
+        np.concatenate([empty, *vertices]),
+        np.concatenate([empty.astype(np.int64), *triangles]),
+        np.concatenate([np.zeros(0, np.int64), *surfaces]),
     )
     return mesh, np.concatenate(areas)
 
 
 def area_of(shape: Any) -> float:
-    """Return the area of a shape that is no mesh; NaN of one that cannot tell, as instances and curves."""
+    """Return the area of a shape that is no mesh; NaN if it is unknown, as for instances and curves."""
     try:
         area = float(shape.surface_area()[0])
-    except RuntimeError:  # that is how Mitsuba says that a kind of shape has no area
+    except RuntimeError:  # Mitsuba raises this for a kind of shape without an area
         return float("nan")
     return area if area > 0 else float("nan")
 

@@ -1,7 +1,7 @@
-"""Measure views: all measures that are asked for, of all viewpoints, in one pass or two.
+"""Measure views: any number of measures, of all viewpoints, in one pass or two.
 
-Measures that compare a view with all others need sums over all views first, so the rays are traced twice: to keep what
-every view sees would take memory that grows with their number.
+Measures that compare a view with all others need sums over all views first. For these the rays are traced twice, as the
+memory for what every view sees would grow with the number of views.
 """
 
 from __future__ import annotations
@@ -37,24 +37,24 @@ def survey(
     channel: Channel | None = None,
     progress: CountCallback | None = None,
 ) -> dict[str, Floats]:
-    """Return the value of each measure for each viewpoint, (V,) by name.
+    """Return the values (V,) of each measure by its name, one for each viewpoint.
 
-    ``beside``: for each viewpoint the numbers of those beside it, and they have its number, for measures that compare
-    them. ``channel``: of other viewpoints, to compare with those instead of with one another. ``progress`` counts
-    views, those of a first pass too, and may raise to stop. Raises SettingsError for a measure that does not exist, or
-    needs what is not there.
+    ``beside``: for each viewpoint, the numbers of the viewpoints beside it, for measures that compare them; each must
+    be beside the other. ``channel``: the channel of other viewpoints, with which views are compared instead of with one
+    another. ``progress`` counts views, also those of a first pass, and may raise to stop. Raises SettingsError for a
+    measure that does not exist, or that needs what the subject, lens or rays do not have.
     """
-    wanted = [measures.get(name) for name in names]
-    needs: set[str] = {need for one in wanted for need in one.needs}
+    chosen = [measures.get(name) for name in names]
+    needs: set[str] = {need for measure in chosen for need in measure.needs}
     check(needs, subject, lens, rays, beside)
-    # Views beside one another are kept until both are measured: from top to bottom only a belt of them is.
+    # Views beside one another are held until both are measured; from top to bottom, only a belt of views is held.
     order = np.argsort(-viewpoints.eyes[:, 2], kind="stable") if "neighbours" in needs else np.arange(len(viewpoints))
     views = viewpoints[order]
     passes = 2 if "channel" in needs and channel is None else 1
-    told = progress or (lambda done, total: None)
+    report = progress or (lambda done, total: None)
     if passes == 2:
-        channel = sum_up(subject, views, lens, rays, "saliency" in needs, lambda done: told(done, 2 * len(views)))
-    values = {one.name: np.zeros(len(views)) for one in wanted}
+        channel = sum_up(subject, views, lens, rays, "saliency" in needs, lambda done: report(done, 2 * len(views)))
+    values = {measure.name: np.zeros(len(views)) for measure in chosen}
     batches = projected_areas(subject, views, lens, rays, pictures="picture" in needs)
     sights = see(subject, views, lens, batches, background, channel)
     if "vertices" in needs:
@@ -62,9 +62,9 @@ def survey(
     if "neighbours" in needs and beside is not None:
         sights = with_neighbours(sights, order, beside)
     for done, (number, sight) in enumerate(sights):
-        for one in wanted:
-            values[one.name][order[number]] = one.value(sight)
-        told((passes - 1) * len(views) + done + 1, passes * len(views))
+        for measure in chosen:
+            values[measure.name][order[number]] = measure.value(sight)
+        report((passes - 1) * len(views) + done + 1, passes * len(views))
     return values
 
 
@@ -74,18 +74,18 @@ def sum_up(
     lens: Lens,
     rays: Rays,
     saliency: bool,
-    told: Callable[[int], Any] = lambda done: None,
+    report: Callable[[int], Any] = lambda done: None,
 ) -> Channel:
-    """Return the channel between viewpoints and surfaces; ``saliency``: with sums of pairs of surfaces."""
+    """Return the channel between viewpoints and surfaces; ``saliency``: also with sums over pairs of surfaces."""
     channel = new_channel(subject.count, adjacent(subject.mesh) if saliency else None)
     for batch in projected_areas(subject, viewpoints, lens, rays):
         channel.add(batch.areas)
-        told(batch.first + len(batch.areas))
+        report(batch.first + len(batch.areas))
     return channel
 
 
 def check(needs: set[str], subject: Subject, lens: Lens, rays: Rays, beside: Sequence[Integers] | None) -> None:
-    """Raise SettingsError if measures need what is not there."""
+    """Raise SettingsError if measures need what the subject, lens or rays do not have, or viewpoints beside a view."""
     if "picture" in needs and (rays.random or lens.wraps):
         raise SettingsError(
             "Silhouettes and depth need the view as an image: use a dense grid of rays, and a lens other than the "
@@ -109,7 +109,7 @@ def see(
     background: bool,
     channel: Channel | None,
 ) -> Iterator[tuple[int, Sight]]:
-    """Yield the number and the sight of every view."""
+    """Yield (number, sight) of every view."""
     for batch in batches:
         for k, areas in enumerate(batch.areas):
             sight = replace(sight_of(subject, areas, lens.image_area, background), channel=channel)
@@ -122,40 +122,43 @@ def see(
 def with_vertices(
     sights: Iterator[tuple[int, Sight]], subject: Subject, views: Viewpoints, lens: Lens
 ) -> Iterator[tuple[int, Sight]]:
-    """Yield all views, from the first to the last, with the vertices that they see."""
+    """Yield (number, sight) of all views, from the first to the last, with the vertices that they see."""
     for (number, sight), vertices in zip(sights, seen_vertices(subject, views, lens), strict=True):
         yield number, replace(sight, vertices=vertices)
 
 
 def picture_of(subject: Subject, view: Viewpoints, depth: NDArray[np.float32]) -> Picture:
-    """Return a view as an image, its depth in units of the sphere around the subject."""
-    middle = float(np.sum((subject.centre - view.eyes[0]) * view.forward[0]))
-    near = max(middle - subject.radius, 0.0)
+    """Return a view as an image, in which depth is 0 to 1 within the sphere around the subject."""
+    centre_depth = float(np.sum((subject.centre - view.eyes[0]) * view.forward[0]))
+    nearest_depth = max(centre_depth - subject.radius, 0.0)
     hit = np.isfinite(depth)
-    scaled = (depth - near) / max(middle + subject.radius - near, 1e-30)
+    scaled = (depth - nearest_depth) / max(centre_depth + subject.radius - nearest_depth, 1e-30)
     return Picture(hit, np.where(hit, scaled, np.nan).astype(np.float32))
 
 
 def with_neighbours(
     sights: Iterator[tuple[int, Sight]], order: Integers, beside: Sequence[Integers]
 ) -> Iterator[tuple[int, Sight]]:
-    """Yield views as soon as all those beside them are seen, and forget those that no other waits for."""
-    place = np.empty(len(order), np.int64)
-    place[order] = np.arange(len(order))
-    near = [place[beside[number]] for number in order]
-    waiting = {number: len(each) for number, each in enumerate(near)}
-    kept: dict[int, Sight] = {}
+    """Yield (number, sight) of each view with its neighbours as soon as these are seen.
+
+    A sight is forgotten when no view waits for it any more.
+    """
+    position = np.empty(len(order), np.int64)
+    position[order] = np.arange(len(order))
+    nearby = [position[beside[number]] for number in order]
+    waiting = {number: len(neighbours) for number, neighbours in enumerate(nearby)}
+    held: dict[int, Sight] = {}
     seen = -1
-    last = [max([number, *each]) for number, each in enumerate(near)]
-    ready = sorted(range(len(order)), key=lambda number: last[number])
+    last_needed = [max([number, *neighbours]) for number, neighbours in enumerate(nearby)]
+    ready = sorted(range(len(order)), key=lambda number: last_needed[number])
     following = iter(ready)
     upcoming = next(following, None)
     for number, sight in sights:
-        kept[number], seen = sight, number
-        while upcoming is not None and last[upcoming] <= seen:
-            yield upcoming, replace(kept[upcoming], neighbours=[kept[other] for other in near[upcoming]])
-            for other in (upcoming, *near[upcoming]):
-                waiting[other] -= 1
-                if waiting[other] < 0:
-                    del kept[other]
+        held[number], seen = sight, number
+        while upcoming is not None and last_needed[upcoming] <= seen:
+            yield upcoming, replace(held[upcoming], neighbours=[held[neighbour] for neighbour in nearby[upcoming]])
+            for used in (upcoming, *nearby[upcoming]):
+                waiting[used] -= 1
+                if waiting[used] < 0:
+                    del held[used]
             upcoming = next(following, None)

@@ -1,9 +1,9 @@
 """An exploring camera on the sphere of viewpoints (the paper, section 4.1.2).
 
-It starts at the best view. Of three smooth ways on, straight and a turn to either side, it takes the one to the place
-of the largest w = v / 2 (1 + d / p): v is how good the view is, p the path so far and d the distance from the start, so
-that it does not come back soon. Where distances are those on the sphere, a straight way keeps w = v, and one that has
-come back halves it.
+It starts at the best view. Of three smooth ways on, straight ahead or with a turn to either side, it takes the one that
+leads to the largest w = v / 2 (1 + d / p), where v is how good the view there is, p the length of the path so far, and
+d the distance from the start, so that it does not come back soon. With distances along the sphere, a straight path
+keeps w = v, and a path that has come back to the start has w = v / 2.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from tracer.viewpoint.item_buffer import Viewpoints
 from tracer.viewpoint.search import Valued
 
 TURN = np.radians(45.0)
-"""Between the three ways on."""
+"""The camera may turn by this angle in radians to either side at each step."""
 FIRST_WAYS = 8
-"""Ways in which it may start."""
+"""The first step may go in this many directions, evenly spaced around the start."""
 
 
 @dataclass(frozen=True)
@@ -29,23 +29,23 @@ class Tour:
     """Places of the camera, and how good they are."""
 
     directions: Floats
-    """(N + 1, 3), the first is the start."""
+    """(N + 1, 3): the directions from the centre to the places; the first is the start."""
     values: Floats
-    """(N + 1,): v of each."""
+    """(N + 1,): v of each place."""
     weights: Floats
-    """(N + 1,): w of each; of the start v."""
+    """(N + 1,): w of each place; v at the start."""
 
     @property
     def length(self) -> float:
-        """Path in radians."""
+        """Length of the path along the sphere in radians."""
         return float(angle(self.directions[:-1], self.directions[1:]).sum())
 
 
 def explore(value: Valued, start: Floats, steps: int, step: float = np.radians(6.0), chord: bool = False) -> Tour:
     """Return a tour of ``steps`` steps of ``step`` radians from ``start`` (3,).
 
-    ``value`` maps directions (V, 3) to goodness >= 0. ``chord``: distance from the start through the sphere, as in the
-    paper's drawing, instead of on it.
+    ``value`` maps directions (V, 3) to how good their views are (V,), at least 0. ``chord``: distances are measured
+    through the sphere, as in the paper's drawing, instead of along it.
     """
     places, values = [normalised(start)], [float(value(np.array([start]))[0])]
     weights = [values[0]]
@@ -53,22 +53,22 @@ def explore(value: Valued, start: Floats, steps: int, step: float = np.radians(6
     for k in range(steps):
         here = places[-1]
         ways = ways_on(here, heading)
-        there = np.cos(step) * here + np.sin(step) * ways
-        found = value(there)
-        far = np.linalg.norm(there - places[0], axis=-1) if chord else angle(there, places[0])
+        candidates = np.cos(step) * here + np.sin(step) * ways
+        candidate_values = value(candidates)
+        distances = np.linalg.norm(candidates - places[0], axis=-1) if chord else angle(candidates, places[0])
         path = (k + 1) * (2 * np.sin(step / 2) if chord else step)
-        worth = found / 2 * (1 + np.minimum(far / path, 1.0))
-        best = int(worth.argmax())
+        candidate_weights = candidate_values / 2 * (1 + np.minimum(distances / path, 1.0))
+        best = int(candidate_weights.argmax())
         # The heading is carried along the great arc.
         heading = np.cos(step) * ways[best] - np.sin(step) * here
-        places.append(normalised(there[best]))
-        values.append(float(found[best]))
-        weights.append(float(worth[best]))
+        places.append(normalised(candidates[best]))
+        values.append(float(candidate_values[best]))
+        weights.append(float(candidate_weights[best]))
     return Tour(np.array(places), np.array(values), np.array(weights))
 
 
 def ways_on(here: Floats, heading: Floats | None) -> Floats:
-    """Return the directions (K, 3) of movement, unit and tangent to the sphere: all round, or on from ``heading``."""
+    """Return unit tangents (K, 3) of the sphere ``here``: those all round, or with ``heading`` the three ways on."""
     if heading is None:
         turns = np.arange(FIRST_WAYS) * (2 * np.pi / FIRST_WAYS)
         ahead, side = frame(here)
@@ -88,9 +88,9 @@ def smooth(directions: Floats, frames: int) -> Floats:
 
 
 def carried(centre: Floats, distance: float, directions: Floats, up: Floats) -> Viewpoints:
-    """Return viewpoints along a path whose camera never rolls: its up is carried on from place to place.
+    """Return viewpoints along a path on which the camera never rolls: each takes over the up of the one before.
 
-    An up that is the same everywhere would spin the camera about where it looks along it.
+    If up were the same everywhere, the camera would spin where it looks nearly along it.
     """
     ups = [frame(-directions[0], up)[1]]
     for direction in directions[1:]:

@@ -1,4 +1,4 @@
-"""Which vertices of meshes a view sees: those within its image that nothing hides."""
+"""The vertices of meshes that a view sees: those within its image that nothing hides."""
 
 from __future__ import annotations
 
@@ -16,15 +16,18 @@ from tracer.viewpoint.surfaces import Subject
 
 Integers = NDArray[np.int64]
 MOST_VERTICES = 1 << 20
-"""Looked at in one wavefront."""
+"""A wavefront holds at most this many pairs of a viewpoint and a vertex, or else a single viewpoint."""
 PRECISION = 1e-5
-"""Of places, as a share of their coordinates and of the way to them: some 80 steps of single precision."""
+"""Places are exact to this share of their coordinates and of the distance to them.
+
+It is some 80 steps of single precision. A hit that is nearer than this to a vertex does not hide the vertex.
+"""
 
 
 def seen_vertices(subject: Subject, viewpoints: Viewpoints, lens: Lens) -> Iterator[Integers]:
     """Yield for each viewpoint the numbers (K,), as in ``Mesh.joined``, of the vertices that it sees.
 
-    A vertex is seen from both sides of its faces, which do not hide it themselves. What is no mesh hides, too.
+    A vertex is seen from both sides of its faces, which do not hide it. Shapes that are no meshes hide vertices, too.
     """
     places = subject.mesh.places
     size = max(1, MOST_VERTICES // max(len(places), 1))
@@ -33,7 +36,7 @@ def seen_vertices(subject: Subject, viewpoints: Viewpoints, lens: Lens) -> Itera
 
 
 def see_all(subject: Subject, places: Floats, viewpoints: Viewpoints, lens: Lens) -> NDArray[np.bool_]:
-    """Return whether each viewpoint sees each of ``places`` (N, 3), as (V, N)."""
+    """Return (V, N) whether each viewpoint sees each of ``places`` (N, 3)."""
     axes = np.stack([viewpoints.right, viewpoints.up, -viewpoints.forward], axis=1)
     start, inside = lens.toward((places - viewpoints.eyes[:, None]) @ axes.transpose(0, 2, 1))
     origin = viewpoints.eyes[:, None] + start @ axes
@@ -46,7 +49,7 @@ def see_all(subject: Subject, places: Floats, viewpoints: Viewpoints, lens: Lens
         mi.Point3f(*(upload(mi.Float, origin[..., k].ravel()) for k in range(3))),
         mi.Vector3f(*(upload(mi.Float, way[..., k].ravel()) for k in range(3))),
     )
-    found = subject.scene.ray_intersect_preliminary(ray)
-    reached = np.asarray(found.t.numpy(), np.float64).reshape(distance.shape)  # infinite where nothing is hit
-    hidden = found.is_valid().numpy().reshape(distance.shape) & (reached < distance - slack)
+    intersection = subject.scene.ray_intersect_preliminary(ray)
+    reached = np.asarray(intersection.t.numpy(), np.float64).reshape(distance.shape)  # infinite where nothing is hit
+    hidden = intersection.is_valid().numpy().reshape(distance.shape) & (reached < distance - slack)
     return np.asarray(inside & ~hidden)

@@ -16,3 +16,4 @@ COMMANDS: dict[str, Callable[..., None]] = {
     "tour": tour.tour,
     "cover": cover.cover,
 }
+"""These are the commands ``view ...`` by name."""

@@ -14,15 +14,20 @@ def best(
     view: common.ViewOptions,
     measure: common.Measure = "entropy",
     good: Annotated[
-        str | None, typer.Option(help="Wanted is the most or the least. [as measured; least entropy of crystals]")
+        str | None,
+        typer.Option(
+            help="Whether good views have the most or the least. (as the measure says; of crystals the least entropy)"
+        ),
     ] = None,
     search: Annotated[
         list[str] | None,
-        typer.Option(help="paper, octants (the paper's from all 8 triangles), exhaustive; several times. (all)"),
+        typer.Option(
+            help="paper, octants (the paper's, from all 8 triangles) or exhaustive; may be given several times. (all)"
+        ),
     ] = None,
     level: common.Level = 3,
 ) -> None:
-    """Find the best view, as the paper does and by trying all around.
+    """Find the best view, with the paper's search and by trying views from all around.
 
     Example: tracer view best scene.xml -m entropy -o best
     """
@@ -33,14 +38,14 @@ def best(
 
     known.get(measure)
     if good not in (None, "most", "least"):
-        raise SettingsError(f"Wanted is the most or the least, not '{good}'.")
-    wanted: known.Best | None = "most" if good == "most" else "least" if good == "least" else None
+        raise SettingsError(f"Good views have the most or the least, not '{good}'; choose most or least.")
+    preferred: known.Best | None = "most" if good == "most" else "least" if good == "least" else None
     searches: list[report.Search] = []
     for name in search or report.SEARCHES:
         if name not in report.SEARCHES:
             raise SettingsError(f"Unknown search '{name}'; choose one of {', '.join(report.SEARCHES)}.")
-        searches += [one for one in report.SEARCHES if one == name]
+        searches += [known_search for known_search in report.SEARCHES if known_search == name]
     with common.view_context(view, report.FILES) as context:
-        lines = report.best(context, measure, searches, level, wanted)
+        lines = report.best(context, measure, searches, level, preferred)
     if not view.quiet:
         simple_table(report.HEADINGS, lines, measure)

@@ -1,4 +1,4 @@
-"""Options that all commands ``view ...`` share, and the context that they set up."""
+"""The options that all commands ``view ...`` share, and the context in which their reports are made."""
 
 from __future__ import annotations
 
@@ -18,13 +18,15 @@ if TYPE_CHECKING:
     from tracer.viewpoint.reports.context import ViewContext
 
 Three = tuple[float, float, float]
-Measure = Annotated[str, typer.Option("--measure", "-m", help="By which a view is good; see tracer view measure.")]
-Level = Annotated[int, typer.Option(help="Viewpoints: 10 * 4^level + 2.", min=0, max=5)]
+Measure = Annotated[
+    str, typer.Option("--measure", "-m", help="Measure by which views are compared; see tracer view measure.")
+]
+Level = Annotated[int, typer.Option(help="Number of viewpoints: 10 * 4^level + 2.", min=0, max=5)]
 
 
 @dataclass(frozen=True)
 class ViewOptions:
-    """What is looked at, from where and how, and where the results go."""
+    """The options of all commands: what is looked at, from where and how, and where the results go."""
 
     source: Annotated[
         Path,
@@ -41,36 +43,42 @@ class ViewOptions:
     random: Annotated[
         int | None,
         typer.Option(
-            help="The fast way: so many random rays a view instead, with a standard error.", min=10, max=10**8
+            help="The fast way: this many random rays a view instead; entropy has a standard error.", min=10, max=10**8
         ),
     ] = None
     background: Annotated[bool, typer.Option(help="Whether the background counts as a surface in entropy.")] = True
-    distance: Annotated[float | None, typer.Option(help="From the centre. [6 radii]")] = None
+    distance: Annotated[float | None, typer.Option(help="Distance from the centre. (6 radii)")] = None
     centre: Annotated[Three | None, typer.Option(help="What to look at. (the middle of everything)")] = None
-    up: Annotated[Three | None, typer.Option(help="What is upwards. [as the scene's camera; y for meshes]")] = None
+    up: Annotated[Three | None, typer.Option(help="Upward direction. (as the scene's camera; y for meshes)")] = None
     orthographic: Annotated[
         bool | None,
-        typer.Option("--orthographic/--perspective", help="Parallel rays, or not. (parallel for molecules)"),
+        typer.Option(
+            "--orthographic/--perspective", help="Parallel rays, or rays from a point. (parallel for molecules)"
+        ),
     ] = None
-    repeat: Annotated[tuple[int, int, int] | None, typer.Option(help="Repeat the cell of a crystal.")] = None
+    repeat: Annotated[
+        tuple[int, int, int] | None, typer.Option(help="Repeat the cell of a crystal this many times.")
+    ] = None
     cut: Annotated[float | None, typer.Option(help="Cut a ball of this radius out of a crystal, in Angstrom.")] = None
     atom_radius: Annotated[float | None, typer.Option(help="Radius of atoms in Angstrom. (by element)")] = None
     spp: Annotated[
         int,
-        typer.Option(help="Render the pictures, with so many samples per pixel. (lit from the eye)", min=0, max=65536),
+        typer.Option(
+            help="Render the pictures, with this many samples per pixel. (0: lit from the eye)", min=0, max=65536
+        ),
     ] = 0
     overwrite: options.Overwrite = False
     quiet: options.Quiet = False
 
 
 def with_view_options(*left_out: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Give a command the fields of ``ViewOptions`` as options, but for those ``left_out``.
+    """Give a command every field of ``ViewOptions`` as an option, except the fields named in ``left_out``.
 
-    The command takes them together as its first argument; they keep their defaults where they are left out.
+    The command receives a ``ViewOptions`` as its first argument, in which the fields left out have their defaults.
     """
 
     def decorate(command: Callable[..., None]) -> Callable[..., None]:
-        own = list(inspect.signature(command, eval_str=True).parameters.values())[1:]
+        own_parameters = list(inspect.signature(command, eval_str=True).parameters.values())[1:]
         fields = inspect.signature(ViewOptions, eval_str=True).parameters.values()
         shared = [field for field in fields if field.name not in left_out]
 
@@ -79,7 +87,8 @@ def with_view_options(*left_out: str) -> Callable[[Callable[..., None]], Callabl
             command(ViewOptions(**{field.name: values.pop(field.name) for field in shared}), **values)
 
         parameters = [
-            parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY) for parameter in (*shared[:2], *own, *shared[2:])
+            parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY)
+            for parameter in (*shared[:2], *own_parameters, *shared[2:])
         ]
         run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
         run.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
@@ -89,10 +98,10 @@ def with_view_options(*left_out: str) -> Callable[[Callable[..., None]], Callabl
 
 
 @contextmanager
-def view_context(chosen: ViewOptions, results: tuple[str, ...]) -> Iterator[ViewContext]:
-    """Check the output, open the source, and yield where everything is laid out, with a progress bar.
+def view_context(view: ViewOptions, results: tuple[str, ...]) -> Iterator[ViewContext]:
+    """Check the options, open the source, and yield the context of a report, while a progress bar is shown.
 
-    ``results``: names of the files that will be written.
+    ``results``: names of the files that will be written. Raises SettingsError, SceneError or OutputError.
     """
     import numpy as np
 
@@ -101,12 +110,12 @@ def view_context(chosen: ViewOptions, results: tuple[str, ...]) -> Iterator[View
     from tracer.errors import SettingsError
     from tracer.io.atomic import prepare_folder
 
-    if chosen.distance is not None and not 0 < chosen.distance < float("inf"):
-        raise SettingsError(f"The distance must be positive, not {chosen.distance:g}.")
-    if not np.all(np.isfinite([*(chosen.centre or ()), *(chosen.up or ())])):
-        raise SettingsError("A place or direction is three finite numbers.")
-    if chosen.up is not None and not 1e-100 < max(map(abs, chosen.up)) < 1e100:
-        raise SettingsError("What is upwards must have a direction and a sensible length; give 0 0 1, for example.")
+    if view.distance is not None and not 0 < view.distance < float("inf"):
+        raise SettingsError(f"The distance must be positive, not {view.distance:g}.")
+    if not np.all(np.isfinite([*(view.centre or ()), *(view.up or ())])):
+        raise SettingsError("A place or direction must be three finite numbers.")
+    if view.up is not None and not 1e-100 < max(map(abs, view.up)) < 1e100:
+        raise SettingsError("The upward vector must have a direction and a sensible length; give 0 0 1, for example.")
     backend.activate()
     from tracer.viewpoint.direction_measure import stand
     from tracer.viewpoint.item_buffer import Rays
@@ -114,18 +123,18 @@ def view_context(chosen: ViewOptions, results: tuple[str, ...]) -> Iterator[View
     from tracer.viewpoint.reports.context import ViewContext
     from tracer.viewpoint.source import Crystal, open_source
 
-    opened = open_source(chosen.source, chosen.surfaces, Crystal(chosen.repeat, chosen.cut, chosen.atom_radius))
-    if chosen.spp:
+    opened = open_source(view.source, view.surfaces, Crystal(view.repeat, view.cut, view.atom_radius))
+    if view.spp:
         require_light(opened.subject)
-    new = not chosen.output.exists()
-    prepare_folder(chosen.output, chosen.overwrite, results)
-    parallel = opened.orthographic if chosen.orthographic is None else chosen.orthographic
-    middle: Any = None if chosen.centre is None else np.array(chosen.centre)
-    place = stand(opened.subject, chosen.distance, middle, chosen.up or opened.up, parallel)
+    folder_is_new = not view.output.exists()
+    prepare_folder(view.output, view.overwrite, results)
+    parallel = opened.orthographic if view.orthographic is None else view.orthographic
+    centre: Any = None if view.centre is None else np.array(view.centre)
+    standpoint = stand(opened.subject, view.distance, centre, view.up or opened.up, parallel)
     try:
-        with steps(chosen.quiet) as told:
-            rays = Rays(random=chosen.random) if chosen.random else Rays(side=chosen.side)
-            yield ViewContext(opened, place, rays, chosen.background, chosen.output, told, chosen.spp)
+        with steps(view.quiet) as progress:
+            rays = Rays(random=view.random) if view.random else Rays(side=view.side)
+            yield ViewContext(opened, standpoint, rays, view.background, view.output, progress, view.spp)
     finally:
-        if new and chosen.output.is_dir() and not any(chosen.output.iterdir()):
-            chosen.output.rmdir()  # nothing came of it
+        if folder_is_new and view.output.is_dir() and not any(view.output.iterdir()):
+            view.output.rmdir()  # the command failed before it wrote anything

@@ -13,7 +13,7 @@ from tracer.cli.view import common
 def complexity_map(
     view: common.ViewOptions,
     kind: Annotated[
-        str, typer.Option("--kind", "-k", help="entropy, gini, distinct or viewpoint_complexity.")
+        str, typer.Option("--kind", "-k", help="Kind of complexity: entropy, gini, distinct or viewpoint_complexity.")
     ] = "entropy",
     sensor: Annotated[int, typer.Option(help="Which camera of the scene, from 0.", min=0)] = 0,
     eye: Annotated[
@@ -37,10 +37,10 @@ def complexity_map(
     if kind not in report.KINDS:
         raise SettingsError(f"Unknown kind of complexity '{kind}'; choose one of {', '.join(report.KINDS)}.")
     if eye is not None and not np.all(np.isfinite(eye)):
-        raise SettingsError("A place or direction is three finite numbers.")
+        raise SettingsError("A place or direction must be three finite numbers.")
     with common.view_context(view, report.FILES) as context:
         viewpoint, lens = report.view_from(context, sensor, eye)
-        standing = replace(context.stand, lens=lens)
-        lines = report.complexity_map(replace(context, stand=standing), viewpoint, kind, blocks, level)
+        stand = replace(context.stand, lens=lens)
+        lines = report.complexity_map(replace(context, stand=stand), viewpoint, kind, blocks, level)
     if not view.quiet:
         simple_table(report.HEADINGS, lines)

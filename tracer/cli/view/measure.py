@@ -13,7 +13,8 @@ from tracer.cli.view import common
 def measure(
     view: common.ViewOptions,
     measures: Annotated[
-        list[str] | None, typer.Option("--measure", "-m", help="Measures, several times. (all that can be measured)")
+        list[str] | None,
+        typer.Option("--measure", "-m", help="A measure; may be given several times. (all that can be measured)"),
     ] = None,
     level: common.Level = 2,
 ) -> None:
@@ -28,9 +29,9 @@ def measure(
     names = [known.get(name).name for name in measures or []]
     with common.view_context(view, report.FILES) as context:
         without_mesh = not len(context.opened.subject.mesh.triangles)
-        needs = ({"vertices", "saliency"} if without_mesh else set()) | ({"picture"} if view.random else set())
-        needs |= set() if context.opened.subject.areas_known else {"areas"}
-        names = names or [name for name in known.names() if not needs & set(known.get(name).needs)]
+        unmet_needs = ({"vertices", "saliency"} if without_mesh else set()) | ({"picture"} if view.random else set())
+        unmet_needs |= set() if context.opened.subject.areas_known else {"areas"}
+        names = names or [name for name in known.names() if not unmet_needs & set(known.get(name).needs)]
         lines = report.measure(context, names, level)
     if not view.quiet:
         simple_table(report.HEADINGS, lines)

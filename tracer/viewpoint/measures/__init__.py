@@ -1,4 +1,4 @@
-"""Measures of a view: one file a family, each measure a pure function of a ``Sight``."""
+"""Measures of a view: each is a pure function of a ``Sight``, and each file holds a family of them."""
 
 from tracer.viewpoint.measures.registry import Best, Measure, get, measure, names
 

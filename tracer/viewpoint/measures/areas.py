@@ -23,20 +23,20 @@ def projected_area(sight: Sight) -> float:
 
 @measure("viewpoint_complexity", "most")
 def viewpoint_complexity(sight: Sight) -> float:
-    """Return C(V) of the paper (section 3.1), 0 to 2: the share of surfaces that are seen, and that of the image."""
+    """Return C(V) of the paper (section 3.1), 0 to 2: the shares of surfaces seen and of the image covered, added."""
     return float(measures.viewpoint_complexity(sight.projected, sight.subject.count, sight.image_area))
 
 
 @measure("visibility_ratio", "most", "areas")
 def visibility_ratio(sight: Sight) -> float:
-    """Return the true area of the surfaces that are seen as a share of all."""
-    whole = float(sight.subject.areas.sum())
-    return float(sight.subject.areas[sight.surfaces].sum()) / whole if whole > 0 else 0.0
+    """Return the true area of the surfaces that are seen as a share of that of all surfaces, 0 to 1."""
+    total_area = float(sight.subject.areas.sum())
+    return float(sight.subject.areas[sight.surfaces].sum()) / total_area if total_area > 0 else 0.0
 
 
 @measure("entropy", "most")
 def entropy(sight: Sight) -> float:
-    """Return the viewpoint entropy H in bits (the paper, section 3.1); the background is a surface if it counts."""
+    """Return the viewpoint entropy H in bits (the paper, section 3.1), the background included if it counts."""
     areas = sight.projected
     if sight.background:
         areas = np.append(areas, max(sight.image_area - sight.total, 0.0))
@@ -45,18 +45,18 @@ def entropy(sight: Sight) -> float:
 
 @measure("kullback_leibler", "least", "areas")
 def kullback_leibler(sight: Sight) -> float:
-    """Return the divergence of p(z|v) from the shares of true area in bits: 0 if all is seen in proportion.
+    """Return the divergence in bits of p(z|v) from the shares of true area: 0 if all is seen in proportion to its area.
 
     M. Sbert, D. Plemenos, M. Feixas and F. Gonzalez, "Viewpoint quality: measures and applications", CAe 2005.
-    Where nothing is seen it is infinite.
+    It is infinite if nothing is seen.
     """
-    return max(divergence(sight, sight.subject.areas), 0.0)  # less is rounding
+    return max(divergence(sight, sight.subject.areas), 0.0)  # a value below 0 comes from rounding
 
 
 def divergence(sight: Sight, expected: np.ndarray) -> float:
-    """Return sum p(z|v) log2(p(z|v) / q(z)) in bits, q ~ ``expected`` (Z,), over the surfaces of which any is expected.
+    """Return sum p(z|v) log2(p(z|v) / q(z)) in bits over the surfaces z that are expected: ``expected`` (Z,) > 0.
 
-    Infinite where none of those is seen.
+    q are the shares of ``expected``. The result is infinite if no expected surface is seen.
     """
     counted = expected[sight.surfaces] > 0
     if not counted.any():

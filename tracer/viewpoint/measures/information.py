@@ -1,6 +1,6 @@
-"""Measures of the channel between viewpoints and surfaces: how much a view says, given all others.
+"""Measures of the channel between viewpoints and surfaces: how much a view tells, given all other views.
 
-Averaged over views with the weights p(v), all three are the mutual information I(V; Z).
+The average of each of the three over the views, with weights p(v), is the mutual information I(V; Z).
 """
 
 from __future__ import annotations
@@ -16,13 +16,16 @@ from tracer.viewpoint.observation import Sight
 
 
 def channel_of(sight: Sight) -> Channel:
-    """Return the channel."""
+    """Return the channel of a view whose measure needs one."""
     assert sight.channel is not None
     return sight.channel
 
 
 def sums_with(sight: Sight) -> Floats:
-    """Return the sums of the channel (Z,), where it is of other views with what this one alone sees."""
+    """Return the sums (Z,) of the channel, each at least the projected area in this view.
+
+    A channel of other viewpoints may lack surfaces that this view alone sees.
+    """
     sums = channel_of(sight).sums.copy()
     sums[sight.surfaces] = np.maximum(sums[sight.surfaces], sight.projected)
     return sums
@@ -30,13 +33,15 @@ def sums_with(sight: Sight) -> Floats:
 
 @measure("mutual_information", "least", "channel")
 def mutual_information(sight: Sight) -> float:
-    """Return VMI, or I1, in bits: the divergence of p(z|v) from p(z); infinite where nothing is seen."""
-    return max(divergence(sight, sums_with(sight)), 0.0)  # less is rounding
+    """Return VMI, also called I1, in bits: the divergence of p(z|v) from p(z); infinite if nothing is seen."""
+    return max(divergence(sight, sums_with(sight)), 0.0)  # a value below 0 comes from rounding
 
 
 @measure("information_2", "least", "channel")
 def information_2(sight: Sight) -> float:
-    """Return I2 = H(Z) - H(Z|v) in bits, negative if the view is more even than all together.
+    """Return I2 = H(Z) - H(Z|v) in bits, negative if areas are more even in the view than in all views together.
+
+    It is infinite if nothing is seen.
 
     M. DeWeese and M. Meister, "How to measure the information gained from one symbol", Network 10(4), 1999.
     """

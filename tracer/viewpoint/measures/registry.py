@@ -1,7 +1,7 @@
-"""How a measure is found by name, and what it needs to see.
+"""How a measure is found by its name, and what it needs to be given.
 
 All are listed in X. Bonaventura, M. Feixas, M. Sbert, L. Chuang and C. Wallraven, "A survey of viewpoint selection
-methods for polygonal models", Entropy 20(5):370, 2018, which says who proposed which.
+methods for polygonal models", Entropy 20(5):370, 2018, which says who proposed each measure.
 """
 
 from __future__ import annotations
@@ -17,9 +17,10 @@ from tracer.errors import SettingsError
 from tracer.viewpoint.observation import Sight
 
 Best = Literal["most", "least"]
+"""Good views have the most or the least of a measure."""
 Need = Literal["picture", "channel", "saliency", "neighbours", "vertices", "areas"]
-"""What else than areas: the view as an image, sums over all views, those of pairs of surfaces too, the views beside it,
-vertices of meshes, true areas."""
+"""A measure may need these besides the projected areas of a view: the view as an image, sums over all views (the
+channel), also sums of pairs of surfaces (for saliency), the views beside it, the vertices it sees, true areas."""
 
 
 @dataclass(frozen=True)
@@ -29,15 +30,17 @@ class Measure:
     name: str
     value: Callable[[Sight], float]
     best: Best
-    """Which views are good: those of the most or the least."""
+    """Whether good views have the most or the least of it."""
     needs: tuple[Need, ...]
+    """What it needs besides the projected areas of a view."""
 
 
 registered: dict[str, Measure] = {}
+"""This holds the measures by name, of all modules that have been imported."""
 
 
 def measure(name: str, best: Best, *needs: Need) -> Callable[[Callable[[Sight], float]], Callable[[Sight], float]]:
-    """Register the decorated function as measure ``name``."""
+    """Return a decorator that registers a function as the measure ``name``."""
 
     def register(function: Callable[[Sight], float]) -> Callable[[Sight], float]:
         registered[name] = Measure(name, function, best, needs)
@@ -55,13 +58,13 @@ def import_all() -> None:
 
 
 def names() -> list[str]:
-    """Return the names of all measures."""
+    """Return the names of all measures in alphabetical order."""
     import_all()
     return sorted(registered)
 
 
 def get(name: str) -> Measure:
-    """Return a measure by name. Raises SettingsError."""
+    """Return the measure ``name``. Raises SettingsError if there is none."""
     import_all()
     if name not in registered:
         raise SettingsError(f"Unknown measure '{name}'; choose one of {', '.join(names())}.")

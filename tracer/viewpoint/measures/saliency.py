@@ -1,4 +1,4 @@
-"""Measures of saliency: of surfaces that are seen otherwise than those beside them, see ``Channel.saliency``."""
+"""Measures of saliency, that is how differently a surface is seen from its neighbours, see ``Channel.saliency``."""
 
 from __future__ import annotations
 
@@ -18,19 +18,22 @@ def visible_saliency(sight: Sight) -> float:
 
 @measure("projected_saliency", "most", "channel", "saliency")
 def projected_saliency(sight: Sight) -> float:
-    """Return the sum over surfaces of saliency times the share p(v|z) of what is ever seen of them, in bits."""
+    """Return the sum in bits of S(z) p(v|z): the saliency of a surface times the share that this view has of it.
+
+    p(v|z) is the projected area of z in this view over the sum of its projected areas in all views.
+    """
     shares = sight.projected / sums_with(sight)[sight.surfaces]
     return float(np.sum(shares * channel_of(sight).saliency[sight.surfaces]))
 
 
 @measure("salient_mutual_information", "least", "channel", "saliency")
 def salient_mutual_information(sight: Sight) -> float:
-    """Return the divergence in bits of p(z|v) from p(z) S(z), normalised: low if what is salient is seen most.
+    """Return the divergence in bits of p(z|v) from p(z) S(z), normalised: low if salient surfaces are seen most.
 
-    Surfaces of saliency 0 add nothing but to the projected area that p(z|v) is a share of, as in the program of the
-    survey (github.com/limdor/quoniam). Unlike there, a view that sees no other surface is the worst, infinite. Where
-    the saliency of all is 0, none is preferred: the mutual information.
+    Surfaces of saliency 0 count only in the projected area of which p(z|v) is a share, as in the program of the survey
+    (github.com/limdor/quoniam). Unlike there, a view that sees no salient surface is the worst: infinite. If all
+    saliencies are 0, no surface is preferred, and the result is the mutual information.
     """
     sums = sums_with(sight)
-    wanted = sums * channel_of(sight).saliency
-    return divergence(sight, wanted if wanted.sum() > 0 else sums)
+    expected = sums * channel_of(sight).saliency
+    return divergence(sight, expected if expected.sum() > 0 else sums)

@@ -23,13 +23,13 @@ def outlines(sight: Sight) -> list[Floats]:
 
 
 def turns(sight: Sight) -> Floats:
-    """Return all angles between a step and the next one in radians, -pi to pi."""
-    found = [np.zeros(0)]
+    """Return the angle (N,) in radians, -pi to pi, between every step of an outline and the next step."""
+    angles = [np.zeros(0)]
     for steps in outlines(sight):
         heading = np.arctan2(steps[:, 0], steps[:, 1])
         turn = np.diff(heading, append=heading[:1])
-        found.append((turn + np.pi) % (2 * np.pi) - np.pi)
-    return np.concatenate(found)
+        angles.append((turn + np.pi) % (2 * np.pi) - np.pi)
+    return np.concatenate(angles)
 
 
 @measure("silhouette_length", "most", "picture")
@@ -42,20 +42,20 @@ def silhouette_length(sight: Sight) -> float:
 
 @measure("silhouette_entropy", "most", "picture")
 def silhouette_entropy(sight: Sight) -> float:
-    """Return the entropy in bits of the turns, in classes of 45 degrees."""
-    found = turns(sight)
-    return float(measures.entropy(np.bincount(np.rint(found / (np.pi / 4)).astype(int) % 8, minlength=8)))
+    """Return the entropy in bits of the turns in 8 classes, multiples of 45 degrees."""
+    angles = turns(sight)
+    return float(measures.entropy(np.bincount(np.rint(angles / (np.pi / 4)).astype(int) % 8, minlength=8)))
 
 
 @measure("silhouette_curvature", "most", "picture")
 def silhouette_curvature(sight: Sight) -> float:
-    """Return the mean turn over a right angle; 0 where nothing is seen."""
-    found = turns(sight)
-    return float(np.mean(np.abs(found) / (np.pi / 2))) if len(found) else 0.0
+    """Return the mean size of the turns in right angles; 0 if nothing is seen."""
+    angles = turns(sight)
+    return float(np.mean(np.abs(angles) / (np.pi / 2))) if len(angles) else 0.0
 
 
 @measure("silhouette_curvature_extrema", "most", "picture")
 def silhouette_curvature_extrema(sight: Sight) -> float:
-    """Return the mean square of the turn over a right angle; 0 where nothing is seen."""
-    found = turns(sight)
-    return float(np.mean((found / (np.pi / 2)) ** 2)) if len(found) else 0.0
+    """Return the mean square of the turns in right angles; 0 if nothing is seen."""
+    angles = turns(sight)
+    return float(np.mean((angles / (np.pi / 2)) ** 2)) if len(angles) else 0.0

@@ -1,1 +1,1 @@
-"""What the commands ``tracer view ...`` make: numbers, pictures, cameras; one file a command."""
+"""The reports that the commands ``tracer view ...`` make: numbers, pictures, cameras. Each command has a file here."""

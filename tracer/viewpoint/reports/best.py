@@ -1,4 +1,4 @@
-"""Find the best view: its picture, a camera for Mitsuba, and the sphere with the way of the search."""
+"""Find the best view: its picture, a camera for Mitsuba, and the sphere with the way that the search took."""
 
 from __future__ import annotations
 
@@ -17,50 +17,56 @@ from tracer.viewpoint.reports.context import ViewContext, name_direction, number
 from tracer.viewpoint.search import Found, exhaustive_search, paper_search
 
 FILES = ("best.png", "sphere.png", "camera.xml", "best.json")
+"""The report writes files of these names."""
 HEADINGS = ("search", "view", "value", "views", "seconds")
+"""The columns of the table have these headings."""
 Search = Literal["paper", "octants", "exhaustive"]
+"""These searches can be chosen by name."""
 SEARCHES: tuple[Search, ...] = ("paper", "octants", "exhaustive")
+"""These are all searches, in the order of the table."""
 SPHERE_LEVEL = 2
-"""Of the icosphere that is drawn."""
+"""The measure is drawn on an icosphere of this level."""
 PICTURE = 512
+"""The picture of the best view has this many pixels along each side."""
 
 
 def best(
     context: ViewContext, name: str, searches: list[Search], level: int, good: measures.Best | None = None
 ) -> list[list[str]]:
-    """Write ``FILES``, for the best view of any search, and return the lines of the table under ``HEADINGS``.
+    """Write ``FILES`` for the best view of all searches, and return the lines of the table under ``HEADINGS``.
 
-    ``good``: whether the most or the least of the measure is wanted, instead of what it says itself.
+    ``good``: whether good views have the most or the least of the measure, see ``ViewContext.gauge``. Raises SceneError
+    if no view sees anything, or none has a finite value.
     """
-    found: dict[Search, Found] = {}
+    results: dict[Search, Found] = {}
     lines = []
     gauge = context.gauge(name, good)
     for k, search in enumerate(searches):
         context.say(f"{search} search", k, len(searches) + 1)
-        start, before = time.perf_counter(), gauge.evaluations
+        start, evaluations_before = time.perf_counter(), gauge.evaluations
 
         def value(directions: np.ndarray, done: int = k) -> np.ndarray:
             gauge.progress = lambda *_: context.say(f"{searches[done]} search", done, len(searches) + 1)
             return gauge.better(directions)
 
         if search == "exhaustive":
-            found[search] = exhaustive_search(value, level, context.opened.axes)
+            results[search] = exhaustive_search(value, level, context.opened.axes)
         else:
-            found[search] = paper_search(value, all_octants=search == "octants")
-        one = found[search]
+            results[search] = paper_search(value, all_octants=search == "octants")
+        result = results[search]
         seconds = time.perf_counter() - start
-        shown = number(gauge.sign * one.value)
-        place = name_direction(one.direction, context.stand.up)
-        lines.append([search, place, shown, str(gauge.evaluations - before), f"{seconds:.2f}"])
-    winner = max(found.values(), key=lambda one: one.value)
+        shown = number(gauge.sign * result.value)
+        place = name_direction(result.direction, context.stand.up)
+        lines.append([search, place, shown, str(gauge.evaluations - evaluations_before), f"{seconds:.2f}"])
+    winner = max(results.values(), key=lambda result: result.value)
     require_sight(gauge.sighted)
     if not np.isfinite(winner.value):
         raise SceneError(f"No view that was tried has a finite {name}; choose another measure, or the other searches.")
     context.say("pictures", len(searches), len(searches) + 1)
     directions, triangles = icosphere(SPHERE_LEVEL)
     values = gauge(directions)
-    marks: dict[str, np.ndarray] = {search: one.direction for search, one in found.items()}
-    way = np.array([place for place, _ in found[searches[0]].steps])
+    marks: dict[str, np.ndarray] = {search: result.direction for search, result in results.items()}
+    way = np.array([place for place, _ in results[searches[0]].steps])
     plots.sphere_plot(
         context.folder / "sphere.png", [name], directions, triangles, [values], context.stand.up, way, [marks]
     )

@@ -1,4 +1,4 @@
-"""Complexity of the parts of a view: blocks of the image, and spherical triangles all around the eye."""
+"""Complexity of the regions of a view: blocks of the image, and spherical triangles all around the eye."""
 
 from __future__ import annotations
 
@@ -21,19 +21,21 @@ from tracer.viewpoint.reports.context import ViewContext, csv, number
 from tracer.viewpoint.survey import survey
 
 FILES = ("map.png", "blocks.csv", "triangles.csv")
+"""The report writes files of these names."""
 HEADINGS = ("of the view", "value")
+"""The columns of the table have these headings."""
 KINDS = ("entropy", "gini", "distinct", "viewpoint_complexity")
-"""Of regions."""
+"""These properties of ``Regions`` can be shown on the map."""
 RAYS = 16
-"""Along each side of a block; a triangle has as many rays."""
+"""A block has this many rays along each side, and a triangle as many as a block."""
 WIDTH = 960
-"""Of the picture beside the map."""
+"""The picture beside the map is this many pixels wide."""
 
 
 def view_from(context: ViewContext, sensor: int, eye: tuple[float, float, float] | None) -> tuple[Viewpoints, Lens]:
-    """Return the view, and its lens, of a camera of the scene, or from ``eye`` at the context's centre.
+    """Return (view, lens) of the camera ``sensor`` of the scene, or of an ``eye`` that looks at the context's centre.
 
-    Raises SceneError without a camera, SettingsError for an eye at the centre.
+    Raises SceneError if the scene has no such camera, SettingsError for an eye at the centre.
     """
     subject, centre = context.opened.subject, context.stand.centre
     if eye is None:
@@ -46,15 +48,16 @@ def view_from(context: ViewContext, sensor: int, eye: tuple[float, float, float]
     if distance == 0:
         raise SettingsError("The eye is where it looks at; give another --from, or another --centre.")
     orthographic = isinstance(context.stand.lens, Orthographic)
-    place = stand(subject, distance, centre, context.stand.up, orthographic)
-    return place.viewpoints(outward[None] / distance), place.lens
+    eye_stand = stand(subject, distance, centre, context.stand.up, orthographic)
+    return eye_stand.viewpoints(outward[None] / distance), eye_stand.lens
 
 
 def complexity_map(context: ViewContext, view: Viewpoints, kind: str, blocks: int, level: int) -> list[list[str]]:
     """Write ``FILES`` and return the lines of the table under ``HEADINGS``: measures of the view as a whole.
 
-    ``view`` is one, seen by the lens of ``context``. ``kind``: one of ``KINDS``. There are ``blocks`` across the image,
-    and as many down as make them square; ``level``: times that the 8 spherical triangles around the eye are split.
+    ``view`` holds a single viewpoint, whose lens is that of ``context``. ``kind``: which of ``KINDS`` is drawn. There
+    are ``blocks`` blocks across the image, and as many down as make them square. ``level``: how many times the 8
+    spherical triangles around the eye are split.
     """
     subject, lens = context.opened.subject, context.stand.lens
     down = max(1, round(blocks / lens.aspect))
@@ -87,11 +90,11 @@ def spherical_triangles(level: int) -> tuple[Floats, NDArray[np.int64]]:
 
 
 def measured(context: ViewContext, view: Viewpoints, lens: Lens) -> list[list[str]]:
-    """Return (name, value) of all measures that one view has by itself."""
+    """Return [name, value] of all measures that need no other view, and that the subject has."""
     subject = context.opened.subject
-    others = {"channel", "neighbours", "saliency", *(() if len(subject.mesh.triangles) else ("vertices",))}
-    others |= set() if subject.areas_known else {"areas"}
-    names = [name for name in measures.names() if not others & set(measures.get(name).needs)]
+    unmet_needs = {"channel", "neighbours", "saliency", *(() if len(subject.mesh.triangles) else ("vertices",))}
+    unmet_needs |= set() if subject.areas_known else {"areas"}
+    names = [name for name in measures.names() if not unmet_needs & set(measures.get(name).needs)]
     values = survey(subject, view, lens, context.rays, names, background=context.background)
     return [[name, number(values[name][0])] for name in names]
 
@@ -106,26 +109,26 @@ def draw(
     kind: str,
     up: Floats,
 ) -> None:
-    """Draw the picture, its blocks, and what lies all around, in one scale of colours."""
+    """Draw the picture, its blocks, and the triangles all around the eye; both share a scale of colours."""
     blocks, parts = getattr(image, kind), getattr(around, kind)
     most = max(float(blocks.max()), float(parts.max()), 1e-9)
     aspect = picture.shape[1] / picture.shape[0]
-    drawn = plots.figure(11.0, 5.5 / aspect + 5.2)
-    above, below = drawn.subfigures(2, 1, height_ratios=(5.5 / aspect + 0.3, 4.9))
+    plot = plots.figure(11.0, 5.5 / aspect + 5.2)
+    above, below = plot.subfigures(2, 1, height_ratios=(5.5 / aspect + 0.3, 4.9))
     left, right = above.subplots(1, 2)
     left.imshow(picture, aspect="equal")
     left.set_title("the view", fontsize=9)
     height, width = picture.shape[:2]
     right.imshow(picture.mean(axis=2), cmap="gray", vmin=0, vmax=1)
-    shown = right.imshow(
+    colours = right.imshow(
         blocks, extent=(0, width, height, 0), alpha=0.8, vmin=0, vmax=most, cmap="viridis", interpolation="nearest"
     )
     right.set_title(f"{kind} of {blocks.shape[1]} x {blocks.shape[0]} blocks", fontsize=9)
-    above.colorbar(shown, ax=[left, right], shrink=0.9)
+    above.colorbar(colours, ax=[left, right], shrink=0.9)
     for axis in (left, right):
         axis.axis("off")
     discs = list(below.subplots(1, 2))
-    shown = plots.draw_parts(discs, points, triangles, parts, up, most)
+    colours = plots.draw_parts(discs, points, triangles, parts, up, most)
     below.suptitle(f"{kind} of {len(triangles)} spherical triangles around the eye", fontsize=9)
-    below.colorbar(shown, ax=discs, shrink=0.8)
-    plots.save(drawn, path)
+    below.colorbar(colours, ax=discs, shrink=0.8)
+    plots.save(plot, path)

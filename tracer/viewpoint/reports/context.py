@@ -1,4 +1,4 @@
-"""What all reports start from, and how they name a view."""
+"""What all reports start from, and how they name directions and values."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from tracer.viewpoint.rendered import render_views
 from tracer.viewpoint.source import Opened
 
 THUMBNAIL = 220
+"""Pictures are by default this many pixels wide."""
 
 
 @dataclass(frozen=True)
@@ -33,57 +34,58 @@ class ViewContext:
     folder: Path
     told: StepCallback
     spp: int = 0
-    """Samples per pixel of pictures that are rendered; 0: they are lit from the eye."""
+    """Samples per pixel with which pictures are rendered; 0: they are lit from the eye instead."""
 
     def gauge(self, name: str, good: Best | None = None) -> Gauge:
-        """Return a measure as a function of direction; ``good`` instead of what it says itself.
+        """Return a measure as a function of direction.
 
-        Of a crystal the views of least entropy are wanted, as they show how atoms lie in rows (the paper, section 4.5).
+        ``good``: whether good views have the most or the least of it; by default as the measure says. Good views of a
+        crystal have the least entropy, as they show how atoms lie in rows (the paper, section 4.5).
         """
         if good is None and name == "entropy" and self.opened.crystal:
             good = "least"
         return Gauge(self.opened.subject, self.stand, self.rays, name, self.background, good or get(name).best)
 
     def say(self, text: str, done: int, total: int) -> None:
-        """Tell of progress. Raises KeyboardInterrupt if the person wants to stop."""
+        """Report progress. Raises KeyboardInterrupt if the person wants to stop."""
         if self.told(text, done, total) is False:
             raise KeyboardInterrupt
 
     def pictures(self, viewpoints: Viewpoints, size: int = THUMBNAIL) -> list[Floats]:
-        """Return pictures of views."""
+        """Return a picture (rows, size, 3) of each view in [0, 1], encoded as sRGB."""
         if self.spp:
             return render_views(self.opened.subject, viewpoints, self.stand.lens, size, self.spp, self.stand.clip)
         return look(self.opened.subject, viewpoints, self.stand.lens, size, self.opened.colours)
 
 
 def require_sight(seen: bool) -> None:
-    """Raise SceneError unless any view saw anything."""
+    """Raise SceneError unless ``seen``: whether any view saw anything."""
     if not seen:
         raise SceneError("No view sees anything: the faces have no area, or all is out of sight; check --centre.")
 
 
 def name_direction(direction: Floats, up: Floats) -> str:
-    """Return how a person would say a direction: degrees around ``up``, and above the horizon."""
-    height = np.degrees(np.arcsin(np.clip(np.dot(direction, normalised(up)), -1, 1)))
-    second, first = frame(-normalised(up))
-    round_about = np.degrees(np.arctan2(direction @ second, direction @ first)) % 360
-    return f"{round_about:.0f}°, {height:+.0f}°"
+    """Return the name of a direction: its degrees around ``up``, and its degrees above the horizon."""
+    elevation = np.degrees(np.arcsin(np.clip(np.dot(direction, normalised(up)), -1, 1)))
+    sideways, ahead = frame(-normalised(up))
+    azimuth = np.degrees(np.arctan2(direction @ sideways, direction @ ahead)) % 360
+    return f"{azimuth:.0f}°, {elevation:+.0f}°"
 
 
 def number(value: float) -> str:
-    """Return a value for a table."""
+    """Return the text of a value in a table; a dash if it is not finite."""
     return f"{value:.4g}" if np.isfinite(value) else "–"
 
 
 def apart(values: Floats, directions: Floats, count: int, angle: float = 40.0) -> list[int]:
-    """Return the numbers of the ``count`` largest ``values`` (V,) whose directions are ``angle`` degrees apart."""
-    found: list[int] = []
+    """Return the numbers of the ``count`` largest ``values`` (V,) with directions at least ``angle`` degrees apart."""
+    chosen: list[int] = []
     for k in np.argsort(-values, kind="stable"):
-        if all(directions[k] @ directions[other] < np.cos(np.radians(angle)) for other in found):
-            found.append(int(k))
-        if len(found) == count:
+        if all(directions[k] @ directions[earlier] < np.cos(np.radians(angle)) for earlier in chosen):
+            chosen.append(int(k))
+        if len(chosen) == count:
             break
-    return found
+    return chosen
 
 
 def csv(headings: Sequence[str], rows: Sequence[Sequence[object]]) -> str:

@@ -1,4 +1,4 @@
-"""Choose a set of views that shows everything: their pictures and cameras, and what no view sees."""
+"""Choose a set of views that shows everything: its pictures and cameras, and what no view sees."""
 
 from __future__ import annotations
 
@@ -12,17 +12,20 @@ from tracer.viewpoint.cover import Cover, Rule, cover
 from tracer.viewpoint.reports.context import ViewContext, csv, name_direction, require_sight
 
 FILES = ("views.png", "sphere.png", "views.csv", "cameras.xml")
+"""The report writes files of these names."""
 HEADINGS = ("view", "from", "shown well")
+"""The columns of the table have these headings."""
 ACROSS = 4
+"""The sheet has at most this many pictures in a row."""
 
 
 def cover_report(
     context: ViewContext, level: int, quality: float, rule: Rule, most: int | None, enough: float
 ) -> tuple[list[list[str]], Cover]:
-    """Write ``FILES``; return the lines of the table under ``HEADINGS``, and the set."""
+    """Write ``FILES``; return the lines of the table under ``HEADINGS``, and the set of views."""
     directions, triangles = icosphere(level)
     views = context.stand.viewpoints(directions)
-    found = cover(
+    view_set = cover(
         context.opened.subject,
         views,
         context.stand.lens,
@@ -33,14 +36,14 @@ def cover_report(
         enough,
         told=lambda count, covered: context.say(f"{count} views", round(1000 * covered), 1000),
     )
-    require_sight(len(found.unseen) < context.opened.subject.count)
-    chosen = directions[found.chosen]
+    require_sight(len(view_set.unseen) < context.opened.subject.count)
+    chosen = directions[view_set.chosen]
     names = [name_direction(direction, context.stand.up) for direction in chosen]
-    shares = [f"{100 * share:.1f} %" for share in found.covered]
+    shares = [f"{100 * share:.1f} %" for share in view_set.covered]
     if len(chosen):
         captions = [f"{k + 1}: {name}\n{share}" for k, (name, share) in enumerate(zip(names, shares, strict=True))]
         plots.sheet(
-            context.folder / "views.png", context.pictures(views[found.chosen]), captions, min(ACROSS, len(chosen))
+            context.folder / "views.png", context.pictures(views[view_set.chosen]), captions, min(ACROSS, len(chosen))
         )
     closeness = (directions @ chosen.T).max(axis=1) if len(chosen) else np.zeros(len(directions))
     marks = {str(k + 1): direction for k, direction in enumerate(chosen)}
@@ -49,8 +52,10 @@ def cover_report(
     plots.sphere_plot(
         context.folder / "sphere.png", [title], directions, triangles, [nearest], context.stand.up, marks=[marks]
     )
-    rows = [[k + 1, *direction, share] for k, (direction, share) in enumerate(zip(chosen, found.covered, strict=True))]
+    rows = [
+        [k + 1, *direction, share] for k, (direction, share) in enumerate(zip(chosen, view_set.covered, strict=True))
+    ]
     atomic.write_text(context.folder / "views.csv", csv(("view", "x", "y", "z", "shown_well"), rows))
-    write_sensors(context.folder / "cameras.xml", views[found.chosen], context.stand.lens, clip=context.stand.clip)
+    write_sensors(context.folder / "cameras.xml", views[view_set.chosen], context.stand.lens, clip=context.stand.clip)
     lines = [[str(k + 1), name, share] for k, (name, share) in enumerate(zip(names, shares, strict=True))]
-    return lines, found
+    return lines, view_set

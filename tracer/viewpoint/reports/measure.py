@@ -1,4 +1,4 @@
-"""Measure views from all around: a table, the sphere coloured by each measure, the best and the worst views."""
+"""Measure views from all around: a table, a sphere for each measure, and pictures of the best and worst views."""
 
 from __future__ import annotations
 
@@ -13,9 +13,11 @@ from tracer.viewpoint.reports.context import ViewContext, apart, csv, name_direc
 from tracer.viewpoint.survey import survey
 
 FILES = ("views.csv", "measures.png", "best_and_worst.png")
+"""The report writes files of these names."""
 HEADINGS = ("measure", "good is", "best view", "value", "worst view", "value", "median")
+"""The columns of the table have these headings."""
 SHOWN = 3
-"""Best and worst views of each measure in the sheet."""
+"""The sheet shows this many of the best, and as many of the worst, views of each measure."""
 
 
 def measure(context: ViewContext, names: Sequence[str], level: int) -> list[list[str]]:
@@ -35,25 +37,25 @@ def measure(context: ViewContext, names: Sequence[str], level: int) -> list[list
     )
     stderr = {}
     if context.rays.random and "entropy" in names:
-        found = context.gauge("entropy").estimate(views)
-        values["entropy"], stderr["entropy_stderr"] = found.entropy, found.stderr
+        estimate = context.gauge("entropy").estimate(views)
+        values["entropy"], stderr["entropy_stderr"] = estimate.entropy, estimate.stderr
     lines, marks, chosen, captions = [], [], [], []
     for name in names:
-        one = measures.get(name)
-        good = np.nan_to_num((1 if one.best == "most" else -1) * values[name], neginf=-np.inf)
+        measured = measures.get(name)
+        good = np.nan_to_num((1 if measured.best == "most" else -1) * values[name], neginf=-np.inf)
         best, worst = int(good.argmax()), int(good.argmin())
         shown = [values[name][best], values[name][worst], float(np.median(values[name]))]
         places = [name_direction(directions[k], stand.up) for k in (best, worst)]
         errors = stderr.get(f"{name}_stderr")
-        told = [number(value) for value in shown]
+        texts = [number(value) for value in shown]
         if errors is not None:
-            told[:2] = [f"{text} ± {number(errors[k])}" for text, k in zip(told, (best, worst), strict=False)]
-        lines.append([name, one.best, places[0], told[0], places[1], *told[1:]])
+            texts[:2] = [f"{text} ± {number(errors[k])}" for text, k in zip(texts, (best, worst), strict=False)]
+        lines.append([name, measured.best, places[0], texts[0], places[1], *texts[1:]])
         marks.append({"best": directions[best], "worst": directions[worst]})
-        picked = apart(good, directions, SHOWN) + apart(-good, directions, SHOWN)[::-1]
-        chosen += picked
+        extremes = apart(good, directions, SHOWN) + apart(-good, directions, SHOWN)[::-1]
+        chosen += extremes
         captions += [
-            f"{name}\n{'best' if k < SHOWN else 'worst'} {values[name][view]:.4g}" for k, view in enumerate(picked)
+            f"{name}\n{'best' if k < SHOWN else 'worst'} {values[name][view]:.4g}" for k, view in enumerate(extremes)
         ]
     context.say("pictures", 0, 2)
     plots.sphere_plot(

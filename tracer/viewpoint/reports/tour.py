@@ -1,4 +1,4 @@
-"""Explore with a camera: the path on the sphere, frames, and a film that a browser plays."""
+"""Explore with a camera: its path on the sphere, frames, and a film that a browser plays."""
 
 from __future__ import annotations
 
@@ -19,15 +19,20 @@ from tracer.viewpoint.search import exhaustive_search
 from tracer.viewpoint.tour import carried, explore, smooth
 
 FILES = ("tour.webp", "path.png", "path.csv", "cameras.xml")
+"""The report writes files of these names, and frames."""
 HEADINGS = ("step", "view", "value", "weight", "from start")
+"""The columns of the table have these headings."""
 LEVEL = 2
+"""The best view is searched, and the measure drawn, on an icosphere of this level."""
 FRAMES_PER_SECOND = 25
+"""The film shows this many frames per second."""
 
 
 def tour(context: ViewContext, name: str, steps: int, step: float, frames: int, size: int) -> list[list[str]]:
     """Write ``FILES`` and ``frame0000.png`` ...; return the lines of the table under ``HEADINGS``.
 
-    ``steps`` of ``step`` degrees from the best view; ``frames`` pictures of ``size`` pixels in all.
+    The tour has ``steps`` steps of ``step`` degrees from the best view on; its film has ``frames`` pictures, ``size``
+    pixels wide. Raises MissingPackageError without Pillow, SceneError if no view sees anything.
     """
     require_film_maker()
     gauge = context.gauge(name)
@@ -37,7 +42,7 @@ def tour(context: ViewContext, name: str, steps: int, step: float, frames: int, 
     require_sight(gauge.sighted)
     good = goodness(gauge, values)
     start = exhaustive_search(good, LEVEL, context.opened.axes).direction
-    found = explore(good, start, steps, np.radians(step))
+    path = explore(good, start, steps, np.radians(step))
     up = context.stand.up
     plots.sphere_plot(
         context.folder / "path.png",
@@ -46,24 +51,24 @@ def tour(context: ViewContext, name: str, steps: int, step: float, frames: int, 
         triangles,
         [values],
         up,
-        smooth(found.directions, 12 * steps + 1),
-        [{"start": found.directions[0], "end": found.directions[-1]}],
+        smooth(path.directions, 12 * steps + 1),
+        [{"start": path.directions[0], "end": path.directions[-1]}],
     )
-    film = carried(context.stand.centre, context.stand.distance, smooth(found.directions, frames), up)
+    viewpoints = carried(context.stand.centre, context.stand.distance, smooth(path.directions, frames), up)
     pictures = []
     for k in range(frames):
         context.say("frames", k, frames)
-        picture = context.pictures(film[k : k + 1], size)[0]
+        picture = context.pictures(viewpoints[k : k + 1], size)[0]
         exr.write_png(context.folder / f"frame{k:04d}.png", picture)
         pictures.append(np.rint(np.clip(picture, 0, 1) * 255).astype(np.uint8))
     write_film(context.folder / "tour.webp", pictures)
-    for old in context.folder.glob("frame[0-9][0-9][0-9][0-9].png"):
-        if int(old.stem[5:]) >= frames:
-            old.unlink()  # of a longer tour that was here before
-    write_sensors(context.folder / "cameras.xml", film, context.stand.lens, size, context.stand.clip)
-    shown = gauge(found.directions)
-    far = np.degrees(angle(found.directions, found.directions[0]))
-    table = list(zip(found.directions, shown, found.weights, far, strict=True))
+    for frame in context.folder.glob("frame[0-9][0-9][0-9][0-9].png"):
+        if int(frame.stem[5:]) >= frames:
+            frame.unlink()  # left by a longer tour
+    write_sensors(context.folder / "cameras.xml", viewpoints, context.stand.lens, size, context.stand.clip)
+    shown = gauge(path.directions)
+    distances = np.degrees(angle(path.directions, path.directions[0]))
+    table = list(zip(path.directions, shown, path.weights, distances, strict=True))
     rows = [[k, *place, value, weight, distance] for k, (place, value, weight, distance) in enumerate(table)]
     atomic.write_text(context.folder / "path.csv", csv(("step", "x", "y", "z", "value", "weight", "degrees"), rows))
     return [
@@ -73,16 +78,16 @@ def tour(context: ViewContext, name: str, steps: int, step: float, frames: int, 
 
 
 def goodness(gauge: Gauge, values: Floats) -> Any:
-    """Return the measure as a function that is never negative, more being better, as weights of places need it.
+    """Return the measure as a function that is never negative, and larger if better, as a tour needs it.
 
-    Where less is better it is what is missing to the worst of ``values``, those of the gauge's last call. A view that
-    sees nothing is worth nothing, whatever its value.
+    If less is better, it is the difference to the worst of ``values`` (V,), which must be those of the gauge's last
+    call. It is 0 for a view that sees nothing.
     """
     worst = float(np.max(values[gauge.seen & np.isfinite(values)], initial=0.0))
 
     def good(directions: Floats) -> Floats:
-        found = gauge(directions)
-        return np.where(gauge.seen, np.maximum(found if gauge.sign > 0 else worst - found, 0.0), 0.0)
+        measured = gauge(directions)
+        return np.where(gauge.seen, np.maximum(measured if gauge.sign > 0 else worst - measured, 0.0), 0.0)
 
     return good
 
@@ -93,7 +98,7 @@ def require_film_maker() -> Any:
 
 
 def write_film(path: Any, pictures: list[NDArray[np.uint8]]) -> None:
-    """Write pictures (H, W, 3) as an animation, there and back again without end."""
+    """Write pictures (H, W, 3) as an animation that plays forwards and backwards without end."""
     Image = require_film_maker()
     images = [Image.fromarray(picture) for picture in pictures]
     images += images[-2:0:-1]
