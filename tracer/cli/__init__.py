@@ -8,14 +8,11 @@ stopped by Ctrl-C (SIGINT), 143 by SIGTERM, with what there was written; 137 kil
 from __future__ import annotations
 
 import sys
-import time
 from collections.abc import Callable
 
+import tracer.cli.startup  # noqa: F401  before anything that takes time
 from tracer.cli.guard import guarded
 from tracer.errors import TracerError
-
-STARTED = time.perf_counter()
-"""When the program was started, but for the interpreter: limits of time count from here."""
 
 
 def main() -> None:

@@ -135,8 +135,9 @@ def render(
     if shape_weight:
         given["shape_weights"] = ",".join(shape_weight)
 
-    from tracer.cli import STARTED, signals
+    from tracer.cli import signals
     from tracer.cli.progress import watch
+    from tracer.cli.startup import STARTED
     from tracer.errors import WriteError
     from tracer.jobs.job import make_job
     from tracer.jobs.run import perform
