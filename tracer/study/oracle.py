@@ -19,7 +19,7 @@ RATES = (0.7, 2.0)
 FINE, WIDE = 0.7, 3.0
 """Standard deviations, in pixels, of the Gaussians that smooth a and b: a variance over a few seeds is noisy."""
 LEAST = 1e-4
-"""Least error of a pixel, relative to the mean: a pixel that no seed shows an error in still needs a few samples."""
+"""Least error of a pixel, relative to the mean: a pixel without error in any seed still needs a sample or two."""
 LEAST_SHOWN = 1 / 8
 """Least samples of a pixel for the objective ``display``, relative to the mean: the display clips a pixel whose mean is
 above white, but its noise still reaches below white and shows."""
