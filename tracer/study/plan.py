@@ -276,7 +276,7 @@ def check_plan(plan: Plan) -> None:
                 raise fault(f"the budget {amount:g} is there twice", (kind, k), f"{amount:g}")
     for k, method in enumerate(plan.methods):
         if method.name in names[:k]:
-            raise fault(f"two methods are named '{method.name}'; give one another name", ("methods", k, "name"))
+            raise fault(f"two methods are named '{method.name}'; give one of them another name", ("methods", k, "name"))
         check_method(plan, method, ("methods", k))
     if plan.baseline is not None and plan.baseline not in names:
         raise fault(unknown("method", plan.baseline, names), ("baseline",))

@@ -96,7 +96,9 @@ def made_elsewhere(
                 else:
                     yield future.result()
     except UNANSWERED:
-        raise ClusterError(f"The scheduler {crew.address} is gone; what is done is kept, run the same again.") from None
+        raise ClusterError(
+            f"The scheduler {crew.address} is gone; all finished cells are kept, so run the study again."
+        ) from None
     finally:
         post.cancel(list(waiting))
 

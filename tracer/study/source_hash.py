@@ -1,4 +1,4 @@
-"""Hashes of the source files that results depend on: results that other code made are made again."""
+"""Hashes of the source files that a result depends on: when these files have changed, it is made again."""
 
 from __future__ import annotations
 

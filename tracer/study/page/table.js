@@ -19,7 +19,7 @@ for (const table of document.querySelectorAll("table.sortable")) {
     heading.replaceChildren(sorter);
     sorter.addEventListener("click", () => {
       const ascending = heading.getAttribute("aria-sort") !== "ascending";
-      headings.forEach((other) => other.removeAttribute("aria-sort"));
+      headings.forEach((sibling) => sibling.removeAttribute("aria-sort"));
       heading.setAttribute("aria-sort", ascending ? "ascending" : "descending");
       sortRows(table, column, ascending ? 1 : -1);
     });
