@@ -1,4 +1,4 @@
-"""Cells of a study: one picture each, kept in a file with what it took, so that nothing is rendered twice."""
+"""Cells of a study: each is one picture, kept in a file with what it took, so that nothing is rendered twice."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from tracer.study.methods import Shot
 from tracer.study.plan import Budget, MethodPlan, Plan, Scene
 
 FOLDER = "cells"
+"""Name of the folder for the pictures within the folder of a study."""
 
 
 @dataclass(frozen=True)
@@ -35,37 +36,40 @@ class Cell:
     """Hash of all that its pixels depend on."""
 
     def path(self, output: Path) -> Path:
-        """Return the file it is kept in."""
+        """Return the file that the picture is kept in; ``output`` is the folder of the study."""
         return output / FOLDER / self.scene / self.method / f"{self.budget.label}, seed {self.seed}.exr"
 
 
 @dataclass(frozen=True)
 class Took:
-    """What a picture took, beside its pixels."""
+    """What a picture took: samples, time, and the machine."""
 
     spp: int
     """Samples per pixel that were asked for."""
     samples: int
+    """Samples that were taken in all."""
     seconds: float
+    """Seconds that the picture took."""
     seconds_drawing: float
+    """The part of ``seconds`` in which radiance samples were drawn."""
     run: str
-    """Which run of the program made it: times within a run and seed are paired."""
+    """Identifies the run of the program that made the picture: times within a run and seed are paired."""
     machine: str
-    """On what it ran: processor and threads."""
+    """Processor and threads that rendered the picture."""
 
 
-def cells_of(plan: Plan, place: Scene) -> list[list[Cell]]:
-    """Return the cells of a scene in blocks of the same budget and seed, which are rendered one after the other.
+def cells_of(plan: Plan, scene: Scene) -> list[list[Cell]]:
+    """Return the cells of a scene in blocks of one budget and seed, which are rendered one after the other.
 
-    From block to block the methods take turns in being first, so that none has the cold machine every time.
+    From block to block the methods take turns in being first, so that no method has the cold machine every time.
     """
-    setting = place.setting
+    setting = scene.setting
     content = (fingerprint(setting.source), setting.sensor, setting.integrator, setting.size)
     blocks = []
     for k, (budget, seed) in enumerate(itertools.product(plan.budgets, plan.all_seeds)):
         turn = k % len(plan.methods)
         block = [
-            Cell(place.name, method.name, budget, seed, key(content, method, budget, seed))
+            Cell(scene.name, method.name, budget, seed, key(content, method, budget, seed))
             for method in [*plan.methods[turn:], *plan.methods[:turn]]
         ]
         blocks.append(block)
@@ -74,8 +78,8 @@ def cells_of(plan: Plan, place: Scene) -> list[list[Cell]]:
 
 def key(content: tuple[Any, ...], method: MethodPlan, budget: Budget, seed: int) -> str:
     """Return the hash of all that the pixels of a cell depend on, the code included."""
-    made_by = source_hash.stock_hash() if method.sampler else source_hash.render_hash()
-    own = (
+    renderer = source_hash.stock_hash() if method.sampler else source_hash.render_hash()
+    allocator = (
         source_hash.criterion_hash(method.criterion)
         if method.criterion
         else source_hash.oracle_hash()
@@ -83,12 +87,12 @@ def key(content: tuple[Any, ...], method: MethodPlan, budget: Budget, seed: int)
         else ""
     )
     settings = method.model_dump_json(exclude={"name", "objective"} if method.sampler else {"name"})
-    parts = (content, settings, budget, seed, made_by, own, mi.__version__, mi.variant())
+    parts = (content, settings, budget, seed, renderer, allocator, mi.__version__, mi.variant())
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:24]
 
 
 def store(cell: Cell, output: Path, shot: Shot, spp: int, run: str, where: str | None = None) -> None:
-    """Keep a picture; ``where``: on which machine it was made, if not on this one."""
+    """Keep a picture in its file; ``where``: the machine that made it, if it was not this one."""
     path = cell.path(output)
     path.parent.mkdir(parents=True, exist_ok=True)
     took = Took(spp, shot.samples, shot.seconds, shot.seconds_drawing, run, where or machine())
@@ -97,23 +101,23 @@ def store(cell: Cell, output: Path, shot: Shot, spp: int, run: str, where: str |
 
 
 def machine() -> str:
-    """Return processor and threads."""
+    """Return the name of the processor and the number of threads."""
     return f"{backend.processor()}, {backend.thread_count()} threads"
 
 
 def is_kept(cell: Cell, output: Path) -> bool:
-    """Return whether the picture of a cell is there, made from what it would be made from now."""
+    """Return whether the picture of a cell is kept, and was made from all that it would be made from now."""
     path = cell.path(output)
     try:
         return path.exists() and exr.read_metadata(path).get("key") == cell.key
-    except OutputError:  # damaged: it is made again and takes its place
+    except OutputError:  # a damaged file is made again and replaced
         return False
 
 
 def load(cell: Cell, output: Path) -> tuple[Shot, Took]:
-    """Return a picture that was kept. Raises OutputError if it cannot be read."""
-    names, values, own = exr.read_exr(cell.path(output))
-    took = Took(**json.loads(own["took"]))
+    """Return the picture that is kept of a cell, and what it took. Raises OutputError if it cannot be read."""
+    names, values, metadata = exr.read_exr(cell.path(output))
+    took = Took(**json.loads(metadata["took"]))
     colours = [names.index(name) for name in "RGB"]
     counts = values[..., names.index("samples.Y")]
     return Shot(values[..., colours], counts, took.samples, took.seconds, took.seconds_drawing), took

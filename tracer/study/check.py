@@ -1,4 +1,4 @@
-"""What can be wrong with a study, found before the first ray: samplers, scenes, and the folder it is to go into."""
+"""Checks of a study before its first ray: its samplers, its scenes, and the folder that its results go into."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ from tracer.study.write import RESULT_FILES
 
 
 def check_study(plan: Plan, scenes: Sequence[Scene]) -> None:
-    """Raise an error, with its line, for a sampler or scene that cannot be used."""
+    """Raise SettingsError, with the line in the plan, for a sampler or scene that cannot be used."""
     stock = [(k, method) for k, method in enumerate(plan.methods) if method.sampler is not None]
     for k, method in stock:
         try:
             if not isinstance(mi.load_dict({"type": method.sampler}), mi.Sampler):
                 raise plan.origin.fault(f"'{method.sampler}' is not a sampler", ("methods", k, "sampler"))
         except LOAD_ERRORS as error:
-            said = str(load_error(f"sampler '{method.sampler}'", error, "sampler"))
-            raise plan.origin.fault(said, ("methods", k, "sampler"), method.sampler) from None
+            explanation = str(load_error(f"sampler '{method.sampler}'", error, "sampler"))
+            raise plan.origin.fault(explanation, ("methods", k, "sampler"), method.sampler) from None
     for scene in scenes:
         try:
             with ExitStack() as stack:
@@ -51,7 +51,7 @@ def check_study(plan: Plan, scenes: Sequence[Scene]) -> None:
 
 
 def culprit(plan: Plan, scene: Scene, error: TracerError) -> tuple[str | int, ...]:
-    """Return the place in the plan that an error of a scene comes from."""
+    """Return where the setting stands in the plan that most likely causes an error of a scene."""
     entry = plan.scenes[int(scene.location[1])]
     for name in ("integrator", "sensor", "size"):
         if name in entry.model_fields_set and name in str(error).lower():
@@ -60,17 +60,17 @@ def culprit(plan: Plan, scene: Scene, error: TracerError) -> tuple[str | int, ..
 
 
 def prepare_output(plan: Plan, output: Path, overwrite: bool) -> None:
-    """Make the folder ready. Raises an error if it holds another study, or files that are not ours."""
+    """Make the folder ready for the study. Raises an error if it holds another study, or files that no study wrote."""
     mark = output / cells.FOLDER / "study.json"
     if overwrite:
         if mark.exists():
             shutil.rmtree(mark.parent)
         for name in RESULT_FILES:
             (output / name).unlink(missing_ok=True)
-    for there in filter(None, [study_in(output / RESULT_FILES[0]), study_in(mark)]):
-        if there != plan.name:
+    for study_name in filter(None, [study_in(output / RESULT_FILES[0]), study_in(mark)]):
+        if study_name != plan.name:
             message = (
-                f"'{output}' holds the study '{there}', not '{plan.name}'; choose another folder, "
+                f"'{output}' holds the study '{study_name}', not '{plan.name}'; choose another folder, "
                 f"or {option('overwrite')} to replace what is there"
             )
             raise plan.origin.fault(message, ("name",))
@@ -84,23 +84,23 @@ def prepare_output(plan: Plan, output: Path, overwrite: bool) -> None:
 
 @contextmanager
 def one_at_a_time(output: Path) -> Iterator[None]:
-    """Keep other processes out of the folder, which is created in a folder that exists. Raises OutputError."""
+    """Create the folder if it is missing, and keep other processes out while the block runs. Raises OutputError."""
     if output.is_file():
         raise OutputError(f"'{output}' is a file; choose a folder.")
     if not output.exists():
         atomic.check_folder(output.parent)
         output.mkdir()
     atomic.check_folder(output)
-    name = hashlib.sha256(str(output.resolve()).encode()).hexdigest()[:24]
+    digest = hashlib.sha256(str(output.resolve()).encode()).hexdigest()[:24]
     try:
-        with filelock.FileLock(prepare_cache() / f"{name}.lock", timeout=0):
+        with filelock.FileLock(prepare_cache() / f"{digest}.lock", timeout=0):
             yield
     except filelock.Timeout:
         raise OutputError(f"Another study is at work in '{output}'; wait for it, or choose another folder.") from None
 
 
 def study_in(path: Path) -> str | None:
-    """Return the name of the study that a file of results is of, None if there is no file. Raises OutputError."""
+    """Return the name of the study that wrote a file of results; None if there is no file. Raises OutputError."""
     try:
         return str(json.loads(path.read_text())["study"]["name"])
     except FileNotFoundError:
@@ -110,8 +110,8 @@ def study_in(path: Path) -> str | None:
 
 
 def count_scenes(output: Path) -> int:
-    """Return how many scenes the results in a folder are of."""
+    """Return the number of scenes in the results that a folder holds; 0 if it holds none."""
     try:
         return len(json.loads((output / RESULT_FILES[0]).read_text())["scenes"])
-    except (OSError, ValueError, KeyError, TypeError):  # none, or damaged: there is nothing to keep
+    except (OSError, ValueError, KeyError, TypeError):  # missing or damaged: there is nothing to keep
         return 0

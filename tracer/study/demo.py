@@ -1,4 +1,4 @@
-"""The demonstration: one bundled scene, uniform and adaptive at the same number of samples, against a reference."""
+"""The demonstration: a bundled scene rendered uniformly and adaptively with as many samples, and a reference."""
 
 from __future__ import annotations
 
@@ -17,16 +17,22 @@ from tracer.study.reference import make_reference
 from tracer.study.tables import markdown_table
 
 SCENE = "spheres_and_rods"
+"""Name of the bundled scene."""
 CRITERION = "fused"
+"""Criterion of the adaptive picture."""
 SPP = 64
+"""Samples per pixel of both pictures, on average."""
 REFERENCE_SPP = 2048
+"""Least samples per pixel of the reference."""
 WARM_UP_SPP = 4
+"""Samples per pixel of the renderings that compile the kernels."""
 HEADINGS = ("method", "relMSE", "PSNR", "SSIM", "FLIP", "samples", "seconds")
+"""Headings of the table, in the order of ``Line.cells``."""
 
 
 @dataclass(frozen=True)
 class Line:
-    """One method."""
+    """A line of the table: a method, its scores, and the samples and seconds that it took."""
 
     method: str
     scores: Scores
@@ -34,29 +40,32 @@ class Line:
     seconds: float
 
     def cells(self) -> list[str]:
-        """Return it as text, a cell a heading."""
+        """Return the line as text, one cell per heading."""
         scores, samples = self.scores, f"{self.samples / 1e6:.2f} M"
-        shown = [f"{scores.relative_mse:.3g}", f"{scores.psnr:.2f}", f"{scores.ssim:.4f}", f"{scores.flip:.4f}"]
-        return [self.method, *shown, samples, f"{self.seconds:.2f}"]
+        errors = [f"{scores.relative_mse:.3g}", f"{scores.psnr:.2f}", f"{scores.ssim:.4f}", f"{scores.flip:.4f}"]
+        return [self.method, *errors, samples, f"{self.seconds:.2f}"]
 
 
 def told(method: str, progress: StepCallback | None) -> ProgressCallback | None:
-    """Return the callback of a render that passes its progress on."""
-    return progress and (lambda now: progress(f"{SCENE}: {method}", now.done, now.total))
+    """Return the callback with which a rendering reports to ``progress``; None without ``progress``."""
+    return progress and (lambda state: progress(f"{SCENE}: {method}", state.done, state.total))
 
 
 def run_demo(picture: Path, table: Path, progress: StepCallback | None = None) -> list[Line]:
-    """Write ``picture`` and ``table`` and return the table. Raises KeyboardInterrupt if ``progress`` stops it."""
+    """Write a picture and a table to these files, and return the lines of the table.
+
+    Raises KeyboardInterrupt if ``progress`` stops it.
+    """
     backend.activate()
     with as_file(files("tracer.scenes") / f"{SCENE}.xml") as scene:
 
-        def referring(done: int, total: int) -> bool | None:
+        def report_reference(done: int, total: int) -> bool | None:
             return progress(f"{SCENE}: reference", done, total) if progress else None
 
-        truth = make_reference(Setting(scene), REFERENCE_SPP, referring).image
+        truth = make_reference(Setting(scene), REFERENCE_SPP, report_reference).image
         results = {}
         for method in ("uniform", CRITERION):
-            render(scene, spp=WARM_UP_SPP, criterion=method)  # compiles the kernels, which is not what is compared
+            render(scene, spp=WARM_UP_SPP, criterion=method)  # compiles the kernels, whose time is not compared
             results[method] = render(scene, spp=SPP, criterion=method, progress=told(method, progress))
             if not results[method].report.complete:
                 raise KeyboardInterrupt
@@ -66,7 +75,7 @@ def run_demo(picture: Path, table: Path, progress: StepCallback | None = None) -
     ]
     uniform, adaptive = results.values()
     errors = [relative_error(result.image, truth) for result in results.values()]
-    top = float(sorted(errors[0].ravel())[int(0.99 * errors[0].size)])
+    error_top = float(sorted(errors[0].ravel())[int(0.99 * errors[0].size)])
     panels: list[Panel] = [
         (f"uniform, {SPP} samples per pixel", uniform.image, False),
         (f"adaptive, {SPP} samples per pixel on average", adaptive.image, False),
@@ -74,6 +83,6 @@ def run_demo(picture: Path, table: Path, progress: StepCallback | None = None) -
         (f"relative error, uniform: relMSE {lines[0].scores.relative_mse:.2e}", errors[0], False),
         (f"relative error, adaptive: relMSE {lines[1].scores.relative_mse:.2e}", errors[1], False),
     ]
-    write_panels(picture, panels, SCENE, top)
+    write_panels(picture, panels, SCENE, error_top)
     write_text(table, markdown_table(HEADINGS, [line.cells() for line in lines]))
     return lines

@@ -12,16 +12,18 @@ from scipy import stats
 from tracer.core.arrays import Floats
 
 RESAMPLES = 8000
+"""Number of bootstrap resamples that an interval is taken from."""
 LEVEL = 0.95
+"""Probability with which an interval is meant to hold the true value."""
 TINY = 1e-30
-"""Added to errors, so that two perfect pictures are equally good."""
+"""Added to mean errors, so that two perfect pictures are equally good."""
 SLOWEST, FASTEST = 0.5, 1.5
-"""Bounds of a believable rate b at which an error falls as 1 / seconds^b."""
+"""Bounds of the rate b at which an error can be believed to fall as 1 / seconds^b."""
 
 
 @dataclass(frozen=True)
 class Interval:
-    """A value and its 95 % interval; NaN where one seed alone leaves it unknown."""
+    """A value and the bounds of its 95 % interval, which are NaN where the value has only one seed."""
 
     mean: float
     low: float
@@ -30,48 +32,49 @@ class Interval:
 
 @dataclass(frozen=True)
 class Gain:
-    """How many times smaller than the baseline's an error is, and the same for resampled seeds."""
+    """How many times smaller than the error of the baseline an error is, and the same for resampled seeds."""
 
     value: float
     resampled: Floats
-    """(RESAMPLES,)."""
+    """(RESAMPLES,): the gain of each resample of the seeds."""
     seeds: int
+    """Number of seeds."""
 
     @property
     def interval(self) -> Interval:
-        """The interval, see ``percentiles``."""
+        """The gain and its 95 % interval, see ``percentiles``."""
         return percentiles(self.value, self.resampled, self.seeds)
 
 
 def gain(errors: ArrayLike, baseline: ArrayLike, cost: ArrayLike, rate: float = 1.0, key: int = 0) -> Gain:
-    """Return mean(baseline) / mean(errors) / cost^rate over seeds: all arrays (S,), one entry a seed, seeds paired.
+    """Return mean(baseline) / mean(errors) / cost^rate over seeds: all arrays (S,), one entry per seed, seeds paired.
 
-    ``cost`` is what the method used over what the baseline used, samples or seconds, and counts by its geometric mean.
-    ``rate`` is how fast the baseline's error falls with it. ``key`` seeds the resampling.
+    ``cost`` is the ratio of samples, or of seconds, that the method used to those that the baseline used; its geometric
+    mean counts. ``rate`` is how fast the baseline's error falls with it. ``key`` seeds the resampling.
     """
     errors, baseline, cost = (np.asarray(values, np.float64) for values in (errors, baseline, cost))
     seeds = len(errors)
     picks = np.random.default_rng([key, seeds]).integers(0, seeds, (RESAMPLES, seeds))
 
-    def of(pick: NDArray) -> Floats:
+    def gain_of(pick: NDArray) -> Floats:
         ratio = (baseline[pick].mean(axis=-1) + TINY) / (errors[pick].mean(axis=-1) + TINY)
         return ratio / np.exp(rate * np.log(cost[pick]).mean(axis=-1))
 
-    return Gain(float(of(np.arange(seeds))), of(picks), seeds)
+    return Gain(float(gain_of(np.arange(seeds))), gain_of(picks), seeds)
 
 
 def geometric_mean(gains: Sequence[Gain]) -> Interval:
-    """Return the geometric mean over scenes; the interval is over the seeds of each, the scenes being what they are."""
-    logarithms = np.mean([np.log(one.resampled) for one in gains], axis=0)
-    value = float(np.exp(np.mean([np.log(one.value) for one in gains])))
-    return percentiles(value, np.exp(logarithms), min(one.seeds for one in gains))
+    """Return the geometric mean of the gains on several scenes; its interval resamples seeds, but not scenes."""
+    logarithms = np.mean([np.log(entry.resampled) for entry in gains], axis=0)
+    value = float(np.exp(np.mean([np.log(entry.value) for entry in gains])))
+    return percentiles(value, np.exp(logarithms), min(entry.seeds for entry in gains))
 
 
 def percentiles(value: float, resampled: Floats, seeds: int) -> Interval:
-    """Return the expanded percentile interval (Hesterberg 2015, section 5.3); unknown from one seed.
+    """Return the expanded percentile interval (Hesterberg 2015, section 5.3); its bounds are NaN for one seed.
 
-    The outer percentiles of few seeds are too narrow, as resamples spread less than Student's t: they are taken further
-    out by as much as a normal interval would have to be. Of 2000 intervals over log-normal errors 92 % then
+    With few seeds plain percentiles are too narrow, as resamples spread less than Student's t: percentiles are taken
+    further out by as much as a normal interval would have to be. Of 2000 intervals over log-normal errors 92 % then
     held the true ratio with five seeds, 73 % with three, 48 % with two, and 94 % with forty.
     """
     if seeds < 2 or np.ptp(resampled) == 0:
@@ -83,9 +86,9 @@ def percentiles(value: float, resampled: Floats, seeds: int) -> Interval:
 
 
 def error_rate(seconds: Sequence[Sequence[float]], errors: Sequence[Sequence[float]]) -> float:
-    """Return b of errors ~ seconds^-b, within believable bounds: least squares on logarithms, a point a budget.
+    """Return b of errors ~ seconds^-b, within SLOWEST and FASTEST: least squares on logarithms, a point per budget.
 
-    ``seconds`` and ``errors`` have the seeds of each budget. 1 where there is one budget, or where errors vanish.
+    ``seconds`` and ``errors`` hold a list of seeds per budget. Returns 1 for a single budget, or where errors vanish.
     """
     points = [(np.mean(np.log(time)), np.mean(error)) for time, error in zip(seconds, errors, strict=True)]
     if len(points) < 2 or min(error for _, error in points) <= 0 or np.ptp([time for time, _ in points]) == 0:

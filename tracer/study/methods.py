@@ -25,24 +25,25 @@ from tracer.settings import make_settings
 
 @dataclass(frozen=True)
 class Shot:
-    """One picture and what it took."""
+    """One picture, with the samples and seconds that it took."""
 
     image: Singles
     """(H, W, 3), linear sRGB."""
     counts: Singles
     """(H, W): samples per pixel."""
     samples: int
-    """Radiance samples in all, those of the film's border included."""
+    """Number of radiance samples, those of the film's border included."""
     seconds: float
+    """Seconds that the whole picture took."""
     seconds_drawing: float
-    """Of these, drawing radiance samples: all of them, for ``mi.render``."""
+    """The part of ``seconds`` in which radiance samples were drawn; for ``mi.render``, all of it."""
 
 
 Foretold = Callable[[int], NDArray[np.float64]]
-"""From samples per pixel of a uniform picture to the samples (H, W) that each pixel is to have instead."""
+"""Function from the samples per pixel of a uniform picture to the allocation (H, W) that takes their place."""
 
 Method = Callable[[int, int], Shot]
-"""Function of (spp, seed). Raises KeyboardInterrupt if it was stopped."""
+"""Function of (spp, seed) that renders a picture. Raises KeyboardInterrupt if it was stopped."""
 
 
 @dataclass(frozen=True)
@@ -59,15 +60,15 @@ class Setting:
 class Studio:
     """One scene, open for all methods.
 
-    They share shapes, emitters and integrator: every copy of a scene that is loaded slows down all others, as Dr.Jit
-    calls a method of any shape through a table of all shapes there are. A sampler belongs to a sensor, so each sampler
-    has a sensor of its own, taken from a copy that is let go.
+    The methods share its shapes, emitters and integrator: every further copy of a scene in memory slows down all
+    others, as Dr.Jit calls a method of any shape through a table of all shapes that exist. A sampler belongs to a
+    sensor, so each sampler has a sensor of its own, taken from a copy of the scene that is then released.
     """
 
     def __init__(self, stack: ExitStack, setting: Setting, samplers: Iterable[str] = ()) -> None:
-        """Open ``setting`` until ``stack`` closes. Raises SceneError or SettingsError."""
+        """Open ``setting`` until ``stack`` closes, for the plugins ``samplers``. Raises SceneError or SettingsError."""
         sensors = {sampler: borrow_sensor(setting, sampler) for sampler in samplers}
-        gc.collect()  # the copies, which hold on to one another
+        gc.collect()  # releases the copies, whose objects refer to one another
         self.view = stack.enter_context(open_scene(setting.source, setting.sensor, setting.integrator, setting.size))
         self.views = {sampler: replace(self.view, sensor=sensor) for sampler, sensor in sensors.items()}
 
@@ -78,50 +79,53 @@ class Studio:
         denoise: bool = False,
         **settings: Any,
     ) -> Method:
-        """Return a rendering by our loop with these ``settings``, of an allocation that is ``foretold`` if it is."""
+        """Return the method that renders by our loop with ``settings``, on the allocation of ``foretold`` if given."""
         view = self.view
 
         def render(spp: int, seed: int) -> Shot:
-            chosen = None if foretold is None else foretold(spp)
-            spp = spp if chosen is None else max(1, round(float(chosen.mean())))
+            allocation = None if foretold is None else foretold(spp)
+            spp = spp if allocation is None else max(1, round(float(allocation.mean())))
             start = time.perf_counter()
-            whole = make_settings(spp=spp, seed=seed, **settings)
-            result = render_request(Request(view, whole, importance=chosen, denoise=denoise, progress=progress))
+            all_settings = make_settings(spp=spp, seed=seed, **settings)
+            result = render_request(
+                Request(view, all_settings, importance=allocation, denoise=denoise, progress=progress)
+            )
             seconds = time.perf_counter() - start
             if not result.report.complete:
                 raise KeyboardInterrupt
-            samples = sum(one.samples for one in result.report.rounds)
+            samples = sum(finished.samples for finished in result.report.rounds)
             counts = result.samples.astype(np.float32)
             return Shot(view.rgb(result.image), counts, samples, seconds, result.report.seconds_drawing)
 
         return render
 
     def stock(self, sampler: str | None) -> Method:
-        """Return a rendering by ``mi.render`` with one of the samplers given, or with the scene's own."""
+        """Return the method that renders by ``mi.render``, with the scene's own sampler if ``sampler`` is None."""
         view = self.view if sampler is None else self.views[sampler]
-        inside, film = view.sensor.sampler(), view.sensor.film()
+        sensor_sampler, film = view.sensor.sampler(), view.sensor.film()
 
         def render(spp: int, seed: int) -> Shot:
             start = time.perf_counter()
             with dr.suspend_grad(), quiet():
                 image = np.array(view.integrator.render(view.scene, sensor=view.sensor, seed=seed, spp=spp))
             seconds = time.perf_counter() - start
-            used = inside.sample_count()
+            used_spp = sensor_sampler.sample_count()
             # Mitsuba leaves the sampler's last state scheduled: the next evaluation, in another method's time, would
-            # trace the whole picture again to know it. With a new state it is forgotten.
-            inside.seed(0, 1)
-            # And the film keeps its sums, four numbers a pixel: a recording takes that for the width of a pass of four
-            # samples a pixel, and would be made once more for the next pass.
+            # trace the whole picture again to compute that state. Seeding replaces it.
+            sensor_sampler.seed(0, 1)
+            # The film keeps its sums, four numbers per pixel: a recording would take them for the width of a pass of
+            # four samples per pixel, and would be made once more for the next pass.
             film.clear()
-            counts = np.full(view.size, used, np.float32)
-            return Shot(view.rgb(image), counts, used * view.pixel_count, seconds, seconds)
+            counts = np.full(view.size, used_spp, np.float32)
+            return Shot(view.rgb(image), counts, used_spp * view.pixel_count, seconds, seconds)
 
         return render
 
 
 def borrow_sensor(setting: Setting, sampler: str) -> Any:
-    """Return a sensor like that of ``setting`` with another sampler. Raises SceneError if there is none to replace, or
-    SettingsError if there is no such sensor.
+    """Return a sensor like that of ``setting`` with another sampler.
+
+    Raises SceneError if the scene has no sampler to replace, or SettingsError if it has no such sensor.
     """
     sensor = pick_sensor(load(setting.source, sampler=sampler), setting.sensor, setting.source)
     resize_film(sensor, setting.size)
@@ -130,10 +134,10 @@ def borrow_sensor(setting: Setting, sampler: str) -> Any:
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Keep Mitsuba from saying that a sampler rounds the number of samples: what it takes is counted."""
-    before = mi.log_level()
+    """Keep Mitsuba from warning that a sampler rounds the number of samples: those that it takes are counted."""
+    previous_level = mi.log_level()
     mi.set_log_level(mi.LogLevel.Error)
     try:
         yield
     finally:
-        mi.set_log_level(before)
+        mi.set_log_level(previous_level)

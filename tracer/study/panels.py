@@ -1,4 +1,4 @@
-"""Pictures of a comparison."""
+"""Pictures, error maps and maps of samples in a row, as an image file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tracer.image.colour import display
 from tracer.io import atomic
 
 Panel = tuple[str, NDArray, bool]
-"""Caption; picture (H, W, C) linear, or values (H, W); whether values are shown on a logarithmic scale."""
+"""A caption; a linear picture (H, W, C) or values (H, W); and whether values have a logarithmic scale of colours."""
 
 
 def relative_error(image: NDArray, reference: NDArray) -> NDArray[np.float64]:
@@ -30,7 +30,10 @@ def write_panels(
     error_top: float | None = None,
     file_format: str = "png",
 ) -> None:
-    """Write panels in a row, each with its caption; values get a colour bar, linear ones from 0 to ``error_top``."""
+    """Write panels in a row to a file, each with its caption.
+
+    Values get a bar of colours, which goes from 0 to ``error_top`` if their scale is linear.
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.colors import LogNorm, Normalize
     from matplotlib.figure import Figure
@@ -49,14 +52,16 @@ def write_panels(
             axes.imshow(display(values), interpolation="nearest")
             continue
         norm = LogNorm(max(values.min(), 1), max(values.max(), 2)) if logarithmic else Normalize(0, error_top)
-        shown = axes.imshow(values, cmap="magma", norm=norm, interpolation="nearest")
-        beside = axes.inset_axes((0.03, -0.07, 0.94, 0.035))  # takes no room from its panel: all stay of one size
-        figure.colorbar(shown, cax=beside, orientation="horizontal")
-        beside.tick_params(labelsize=7)
+        mapped = axes.imshow(values, cmap="magma", norm=norm, interpolation="nearest")
+        bar = axes.inset_axes(
+            (0.03, -0.07, 0.94, 0.035)
+        )  # takes no room from its panel, so all panels are equally large
+        figure.colorbar(mapped, cax=bar, orientation="horizontal")
+        bar.tick_params(labelsize=7)
         if logarithmic:
-            beside.xaxis.set_major_locator(LogLocator(base=2))
-            beside.xaxis.set_major_formatter(ScalarFormatter())
-            beside.xaxis.set_minor_locator(NullLocator())
+            bar.xaxis.set_major_locator(LogLocator(base=2))
+            bar.xaxis.set_major_formatter(ScalarFormatter())
+            bar.xaxis.set_minor_locator(NullLocator())
     if isinstance(target, Path):
         with atomic.whole(target) as temporary:
             figure.savefig(temporary, format=file_format)

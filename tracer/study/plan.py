@@ -20,48 +20,49 @@ from tracer.study.methods import Setting
 from tracer.study.toml_location import Location, Origin
 
 NAME = r"^[A-Za-z0-9][\w.+() -]*$"
+"""Pattern that the names of studies, scenes and methods must match, as folders are named after them."""
 STOCK_KEYS = {"name", "sampler", "objective"}
-"""Of a method: all there is to say of plain ``mi.render``, and by which error it is compared."""
-
-
+"""Keys that a method by plain ``mi.render`` may have; its ``objective`` says by which error it is compared."""
 ORACLE_KEYS = {"name", "oracle", "objective"}
-"""Of a method that is an oracle."""
+"""Keys that a method by an oracle may have."""
 NO_BOUND = 2**24
-"""Most samples of a pixel where there is no bound."""
+"""Most samples of a pixel that an oracle may allocate: so many that this never limits an allocation."""
 
 
 class Part(BaseModel):
-    """Base of all parts of a plan: what is not known is refused."""
+    """Base of all parts of a plan: unknown keys are refused."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 class ScenePlan(Part):
-    """One scene, or all that match a pattern."""
+    """One scene, or all scenes whose files match a pattern."""
 
     path: str | None = Field(None, min_length=1)
-    """Scene file, relative to the plan's ``folder``; a pattern such as "*/scene.xml" stands for all that match."""
+    """Scene file, relative to the plan's ``folder``; a pattern such as "*/scene.xml" stands for all matching files."""
     bundled: str | None = None
-    """Instead of ``path``: the name of a scene that comes with tracer, or "*" for all of them."""
+    """Name of a scene that comes with tracer, or "*" for all of them; given instead of ``path``."""
     name: str | None = Field(None, pattern=NAME)
-    """None: that of the file, or of its folder where the file is just ``scene.xml``."""
+    """Name of the scene. None: the name of the file, or of its folder where the file is just ``scene.xml``."""
     size: int | tuple[int, int] | None = None
-    """Instead of the plan's."""
+    """Width in pixels, or [width, height]. None: the plan's ``size``."""
     sensor: int = Field(0, ge=0)
+    """Number of the sensor in the scene, from 0."""
     integrator: str | None = None
+    """Plugin that takes the place of the scene's integrator."""
 
 
 class MethodPlan(Part):
-    """One way to render: with ``criterion``, ours; with ``sampler``, plain ``mi.render``."""
+    """One way to render: our loop with a ``criterion``, plain ``mi.render`` with a ``sampler``, or an ``oracle``."""
 
     name: str = Field(pattern=NAME)
     criterion: str | None = None
-    """Where samples go: a name of ``tracer.criteria``; "uniform" gives every pixel the same."""
+    """Name of the criterion in ``tracer.criteria`` that says where samples go; "uniform" gives every pixel the same."""
     sampler: str | None = None
-    """Plugin to take the place of the scene's sampler under ``mi.render``."""
+    """Plugin that takes the place of the scene's sampler under ``mi.render``."""
     oracle: Literal["samples", "time"] | None = None
-    """Instead of both: the best allocation of so many samples, or of the time that they take when uniform, by one who
-    has measured every pixel beforehand."""
+    """The best allocation there is, from the error of every pixel measured beforehand: of the samples of the budget, or
+    of the time that these samples take when uniform."""
     objective: str = "relative"
     exposure: float = 0.0
     pilot_spp: int | None = None
@@ -71,12 +72,14 @@ class MethodPlan(Part):
     block: int = 1
     unbiased: bool = False
     denoise: bool = False
-    """Whether what is scored is the picture with its noise taken out."""
+    """Whether the picture is denoised before it is scored."""
 
     def settings(self) -> dict[str, Any]:
-        """Return the keywords of ``tracer.render`` that this method is."""
-        own = self.model_dump(exclude={"name", "sampler", "oracle", "denoise"})
-        return own if self.oracle is None else own | {"criterion": "uniform", "min_spp": 1, "max_spp": NO_BOUND}
+        """Return the keyword arguments of ``tracer.render`` that make it render by this method."""
+        keywords = self.model_dump(exclude={"name", "sampler", "oracle", "denoise"})
+        return (
+            keywords if self.oracle is None else keywords | {"criterion": "uniform", "min_spp": 1, "max_spp": NO_BOUND}
+        )
 
 
 @dataclass(frozen=True)
@@ -88,40 +91,41 @@ class Budget:
 
     @property
     def label(self) -> str:
-        """What people and files call it."""
+        """Name of the budget in messages, tables and file names, for example "64 spp"."""
         return f"{self.amount:.12g} {'spp' if self.kind == 'spp' else 's'}"
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A scene file found, with its settings."""
+    """A scene file that was found, and what it is rendered with."""
 
     name: str
     setting: Setting
     location: Location
-    """Of its entry in the plan."""
+    """Where its entry stands in the plan."""
 
 
 class Plan(Part):
-    """A study. Every field may stand in the TOML file under the same name."""
+    """What a study measures. Every field may stand in the TOML file under the same name."""
 
     name: str = Field(pattern=NAME)
     about: str = ""
     """A sentence or two for the head of the page."""
     folder: str | None = None
-    """Where scenes are looked for. None: the folder of the TOML file, or the working folder."""
+    """Folder in which scenes are looked for. None: the folder of the TOML file, or the working folder."""
     size: int | tuple[int, int] | None = None
-    """Width in pixels (the aspect is kept) or [width, height]. None: what the scene's film says."""
+    """Width in pixels (the aspect is kept) or [width, height]. None: the size of the scene's film."""
     spp: list[int] = []
     """Budgets in samples per pixel."""
     seconds: list[float] = []
     """Budgets in seconds."""
     seeds: int = Field(5, ge=1, le=2**16)
+    """Number of seeds, each of which gives one picture of every scene, method and budget."""
     first_seed: int = Field(0, ge=0, lt=2**32 - 2**16)
     criteria: list[str] = []
-    """Python files, from the folder of the TOML file, with criteria that do not come with tracer."""
+    """Python files with criteria that do not come with tracer; relative paths start at the folder of the TOML file."""
     baseline: str | None = None
-    """Method that the others are compared with. None: "uniform" if there is one, else the first."""
+    """Method that the others are compared with. None: the method named "uniform" if there is one, else the first."""
     reference_spp: int = Field(65536, ge=16)
     """Most samples per pixel of a reference."""
     page_size: int | None = Field(None, ge=16)
@@ -134,7 +138,7 @@ class Plan(Part):
 
     @property
     def origin(self) -> Origin:
-        """Where mistakes are looked for."""
+        """Where the plan comes from: an error names the place of a mistake in it."""
         return self._origin
 
     @property
@@ -144,7 +148,7 @@ class Plan(Part):
 
     @property
     def all_seeds(self) -> range:
-        """The seeds."""
+        """The seeds of every method and budget."""
         return range(self.first_seed, self.first_seed + self.seeds)
 
     @property
@@ -154,27 +158,27 @@ class Plan(Part):
         return self.baseline or ("uniform" if "uniform" in names else names[0])
 
     def find_scenes(self) -> list[Scene]:
-        """Return all scenes. Raises SettingsError for a pattern that finds nothing, or two scenes of one name."""
-        found = [scene for k, entry in enumerate(self.scenes) for scene in self.matching(entry, ("scenes", k))]
-        for one, other in itertools.combinations(found, 2):
-            if one.name == other.name:
-                message = f"two scenes are named '{other.name}'; give one of them another name"
-                raise self.origin.fault(message, other.location)
-        return found
+        """Return all scenes. Raises SettingsError for a pattern that matches no file, or two scenes of one name."""
+        scenes = [scene for k, entry in enumerate(self.scenes) for scene in self.matching(entry, ("scenes", k))]
+        for first, second in itertools.combinations(scenes, 2):
+            if first.name == second.name:
+                message = f"two scenes are named '{second.name}'; give one of them another name"
+                raise self.origin.fault(message, second.location)
+        return scenes
 
     def matching(self, entry: ScenePlan, location: Location) -> list[Scene]:
-        """Return the scenes that an entry stands for."""
+        """Return the scenes that an entry stands for. Raises SettingsError if there are none, or many but one name."""
         pattern = entry.path or f"{entry.bundled}.xml"
         folder = self.scene_folder if entry.path else Path(str(package_files("tracer.scenes")))
-        direct = folder / pattern
-        paths = [direct] if direct.is_file() else sorted(map(Path, glob.glob(str(direct), recursive=True)))
+        target = folder / pattern
+        paths = [target] if target.is_file() else sorted(map(Path, glob.glob(str(target), recursive=True)))
         paths = [path for path in paths if path.is_file()]
         key = "path" if entry.path else "bundled"
         if not paths:
-            what = f"there is no scene file '{direct}'"
+            message = f"there is no scene file '{target}'"
             if entry.bundled:
-                what = unknown("bundled scene", entry.bundled, sorted(path.stem for path in folder.glob("*.xml")))
-            raise self.origin.fault(what, (*location, key), getattr(entry, key))
+                message = unknown("bundled scene", entry.bundled, sorted(path.stem for path in folder.glob("*.xml")))
+            raise self.origin.fault(message, (*location, key), getattr(entry, key))
         if entry.name is not None and len(paths) > 1:
             raise self.origin.fault(f"'{pattern}' finds {len(paths)} scenes, so it cannot have one name", location)
         size = self.size if entry.size is None else entry.size
@@ -185,18 +189,18 @@ class Plan(Part):
 
     @property
     def scene_folder(self) -> Path:
-        """Where relative paths start."""
+        """Folder that relative paths of scene files start at."""
         base = self._base or Path()
         return base if self.folder is None else base / self.folder
 
 
 def scene_name(path: Path) -> str:
-    """Return what a scene is called: its file, or its folder where the file is just ``scene.xml``."""
+    """Return the name of a scene: that of its file, or of its folder where the file is just ``scene.xml``."""
     return path.resolve().parent.name if path.stem == "scene" else path.stem
 
 
 def read_plan(path: Path, folder: Path | None = None) -> Plan:
-    """Return the plan in a TOML file; ``folder`` takes the place of its own. Raises SettingsError with the line."""
+    """Return the plan in a TOML file; ``folder`` replaces the folder it names. Raises SettingsError with the line."""
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
@@ -205,7 +209,10 @@ def read_plan(path: Path, folder: Path | None = None) -> Plan:
 
 
 def parse_plan(text: str, origin: Origin, base: Path, folder: Path | None) -> Plan:
-    """Return the plan that a TOML text describes."""
+    """Return the plan that a TOML text describes. Raises SettingsError with the line.
+
+    ``base``: folder that relative paths start at; ``folder``, if given, replaces the folder that the text names.
+    """
     try:
         values = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -216,17 +223,17 @@ def parse_plan(text: str, origin: Origin, base: Path, folder: Path | None) -> Pl
 
 
 def make_plan(values: dict[str, Any], origin: Origin | None = None, base: Path | None = None) -> Plan:
-    """Return a plan from plain values, checked as far as that goes without opening scenes. Raises SettingsError."""
+    """Return a plan with these values, checked as far as is possible without opening scenes. Raises SettingsError."""
     origin = origin or Origin()
     try:
         plan = Plan(**values)
     except ValidationError as error:
         # A misspelt name is both unknown and missing: the line of the misspelling helps more.
-        detail = min(error.errors(), key=lambda one: one["type"] != "extra_forbidden")
+        detail = min(error.errors(), key=lambda candidate: candidate["type"] != "extra_forbidden")
         location = tuple(part for part in detail["loc"] if part not in ("int", "tuple[int, int]"))
         name = next((part for part in reversed(location) if isinstance(part, str)), "")
-        said = explain({**detail, "loc": (name,)}, fields_at(location))
-        raise origin.fault(said, location, detail.get("input")) from None
+        message = explain({**detail, "loc": (name,)}, fields_at(location))
+        raise origin.fault(message, location, detail.get("input")) from None
     plan._origin, plan._base = origin, base
     import_criteria(plan)
     check_plan(plan)
@@ -234,26 +241,26 @@ def make_plan(values: dict[str, Any], origin: Origin | None = None, base: Path |
 
 
 def import_criteria(plan: Plan) -> None:
-    """Run the files with criteria that a plan names. Raises SettingsError."""
+    """Run the Python files with criteria that a plan names. Raises SettingsError for one that is missing or fails."""
     for k, name in enumerate(plan.criteria):
         path = (plan._base or Path()) / name
         if not path.is_file():
             raise plan.origin.fault(f"there is no file '{path}'", ("criteria", k), name)
         try:
             criteria.import_file(path)
-        except (Exception, SystemExit) as error:  # it is somebody else's program
-            said = f"'{name}' does not run: {type(error).__name__}: {error}"
-            raise plan.origin.fault(" ".join(said.split()), ("criteria", k), name) from None
+        except (Exception, SystemExit) as error:  # the file is a user's program and may raise anything
+            message = f"'{name}' does not run: {type(error).__name__}: {error}"
+            raise plan.origin.fault(" ".join(message.split()), ("criteria", k), name) from None
 
 
 def fields_at(location: Location) -> list[str]:
-    """Return the names that are known where ``location`` is."""
-    parts: dict[str, type[Part]] = {"scenes": ScenePlan, "methods": MethodPlan}
-    return list((parts.get(str(location[0]), Plan) if len(location) > 1 else Plan).model_fields)
+    """Return the names of the fields that the plan, or its table of a scene or method, has at ``location``."""
+    models: dict[str, type[Part]] = {"scenes": ScenePlan, "methods": MethodPlan}
+    return list((models.get(str(location[0]), Plan) if len(location) > 1 else Plan).model_fields)
 
 
 def check_plan(plan: Plan) -> None:
-    """Raise SettingsError for what no single field can know."""
+    """Raise SettingsError for a mistake that no field shows by itself."""
     fault = plan.origin.fault
     names = [method.name for method in plan.methods]
     for k, entry in enumerate(plan.scenes):
@@ -269,7 +276,7 @@ def check_plan(plan: Plan) -> None:
                 raise fault(f"the budget {amount:g} is there twice", (kind, k), f"{amount:g}")
     for k, method in enumerate(plan.methods):
         if method.name in names[:k]:
-            raise fault(f"two methods are named '{method.name}'; give one another name", ("methods", k, "name"))
+            raise fault(f"two methods are named '{method.name}'; give one of them another name", ("methods", k, "name"))
         check_method(plan, method, ("methods", k))
     if plan.baseline is not None and plan.baseline not in names:
         raise fault(unknown("method", plan.baseline, names), ("baseline",))
@@ -278,26 +285,28 @@ def check_plan(plan: Plan) -> None:
 def check_method(plan: Plan, method: MethodPlan, location: Location) -> None:
     """Raise SettingsError for a method that cannot render with every budget."""
     fault = plan.origin.fault
-    if sum(one is not None for one in (method.criterion, method.sampler, method.oracle)) != 1:
+    if sum(choice is not None for choice in (method.criterion, method.sampler, method.oracle)) != 1:
         raise fault(
             f"method '{method.name}' needs either a criterion (ours), a sampler (plain mi.render) or an oracle",
             location,
         )
     if method.oracle is not None and method.model_fields_set - ORACLE_KEYS:
-        unknown_to_it = min(method.model_fields_set - ORACLE_KEYS)
-        raise fault(f"an oracle (method '{method.name}') has no setting '{unknown_to_it}'", (*location, unknown_to_it))
+        unknown_key = min(method.model_fields_set - ORACLE_KEYS)
+        raise fault(f"an oracle (method '{method.name}') has no setting '{unknown_key}'", (*location, unknown_key))
     if method.sampler is not None:
-        extra = next((key for key in method.model_fields_set - STOCK_KEYS), None)
-        if extra is not None:
-            raise fault(f"plain mi.render (method '{method.name}') has no setting '{extra}'", (*location, extra))
+        wrong_key = next((key for key in method.model_fields_set - STOCK_KEYS), None)
+        if wrong_key is not None:
+            raise fault(
+                f"plain mi.render (method '{method.name}') has no setting '{wrong_key}'", (*location, wrong_key)
+            )
         return
-    # Budgets in seconds keep to the bounds of the method, so they are checked with some number that has room for them.
-    roomy = method.max_spp or max(3 * (method.pilot_spp or 1), method.min_spp or 1, 64)
-    for spp in plan.spp or [roomy]:
+    # Samples for a budget in seconds keep within the method's bounds: settings are checked with a number within them.
+    allowed_spp = method.max_spp or max(3 * (method.pilot_spp or 1), method.min_spp or 1, 64)
+    for spp in plan.spp or [allowed_spp]:
         try:
             Settings(spp=spp, **method.settings())
         except ValidationError as error:
             detail = error.errors()[0]
-            said = explain(detail)
-            key = next((name for name in method.model_fields_set if name in said), "")
-            raise fault(said, (*location, key)) from None
+            message = explain(detail)
+            key = next((name for name in method.model_fields_set if name in message), "")
+            raise fault(message, (*location, key)) from None

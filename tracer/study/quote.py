@@ -1,7 +1,7 @@
 """Keep tables that a Markdown file quotes up to date: ``python -m tracer.study.quote README.md``.
 
-A table stands between ``<!-- table: FILE -->`` or ``<!-- table: FILE # HEADING -->`` and ``<!-- end -->``; FILE is
-taken from the folder of the Markdown file, and the table is its first, or the first below that heading.
+A table stands between ``<!-- table: FILE -->`` or ``<!-- table: FILE # HEADING -->`` and ``<!-- end -->``. FILE is a
+path from the folder of the Markdown file; its first table is quoted, or the first below the heading.
 """
 
 from __future__ import annotations
@@ -14,11 +14,13 @@ from tracer.errors import OutputError, TracerError
 from tracer.io.atomic import write_text
 
 BLOCK = re.compile(r"(<!-- table: (\S+)(?: # ([^\n]+?))? -->\n)(.*?)(<!-- end -->)", re.DOTALL)
+"""Pattern of a quoted table with its marks; its groups are the first mark, FILE, HEADING, the table and the end."""
 TABLE = re.compile(r"(?:^\|.*\n)+", re.MULTILINE)
+"""Pattern of a table in Markdown."""
 
 
 def quote(text: str, folder: Path) -> str:
-    """Return ``text`` with every quoted table as its file has it now. Raises OutputError for one that is missing."""
+    """Return ``text`` with every quoted table as it stands in its file now. Raises OutputError for a missing table."""
 
     def renewed(block: re.Match[str]) -> str:
         return block[1] + find_table(folder / block[2], block[3]) + block[5]
@@ -27,13 +29,13 @@ def quote(text: str, folder: Path) -> str:
 
 
 def find_table(path: Path, heading: str | None) -> str:
-    """Return a table of a Markdown file. Raises OutputError."""
+    """Return the first table of a Markdown file, or the first below ``heading``. Raises OutputError without one."""
     if not path.is_file():
         raise OutputError(f"There is no file '{path}' to take a table from.")
     text = path.read_text(encoding="utf-8")
     if heading is not None:
-        _, found, text = text.partition(f"# {heading}\n")
-        if not found:
+        _, separator, text = text.partition(f"# {heading}\n")
+        if not separator:
             raise OutputError(f"'{path}' has no heading '{heading}'.")
     table = TABLE.search(text)
     if table is None:
@@ -42,7 +44,7 @@ def find_table(path: Path, heading: str | None) -> str:
 
 
 def main(arguments: list[str]) -> int:
-    """Renew the tables in the Markdown files named; return an exit code."""
+    """Renew the tables in the Markdown files that ``arguments`` name; return an exit code."""
     try:
         for name in arguments:
             path = Path(name)

@@ -9,12 +9,12 @@ from tracer.study.cells import Cell, Took
 from tracer.study.gains import Gain, Interval
 
 CLOSE = 0.1
-"""A reference whose own error (RMS) is more than this part of a cell's is too close to it."""
+"""Largest error (RMS) of a reference, relative to that of a cell, for which the cell is not "too close" to it."""
 
 
 @dataclass(frozen=True)
 class SceneFacts:
-    """What is known of a scene."""
+    """What is known of a scene and of its reference."""
 
     name: str
     width: int
@@ -24,22 +24,24 @@ class SceneFacts:
     reference_mse: float
     """Mean squared error of the reference, from the difference of its halves."""
     reference_relative_mse: float
+    """The same, relative as in ``metrics.relative_mse``."""
     halves_agree: bool
+    """Whether the two halves of the reference show the same picture."""
     disagreement: float
     """p-value of the test that the halves show the same picture."""
     limit: float
-    """What the oracle could gain in relMSE at equal samples, 1 + CV^2."""
+    """Most that an allocation could gain in relMSE at equal samples if samples were independent, 1 + CV^2."""
 
 
 @dataclass(frozen=True)
 class Measurement:
-    """One cell measured."""
+    """A cell, what its picture took, and its scores."""
 
     cell: Cell
     took: Took
     scores: Scores
     too_close: bool
-    """Whether the reference is too close for its relMSE."""
+    """Whether the error of the reference is more than the part CLOSE of the cell's, both in relMSE (RMS)."""
 
 
 @dataclass(frozen=True)
@@ -59,14 +61,15 @@ class Gains:
 
     scene: str
     samples: Gain
-    """At equal samples."""
+    """Gain at equal samples."""
     time: Gain
-    """At equal time."""
+    """Gain at equal time."""
     trimmed: Gain
-    """Of the trimmed error, at equal samples."""
+    """Gain in the trimmed relMSE, at equal samples."""
 
 
 GAINS = ("samples", "time", "trimmed")
+"""Names of the gains, which are fields of ``Gains``."""
 
 
 @dataclass(frozen=True)
@@ -74,44 +77,45 @@ class Limits:
     """What an oracle gains on a scene at one budget."""
 
     samples: float | None
-    """At equal samples, if it is known."""
+    """Gain at equal samples; None if it is not known."""
     time: float | None
-    """At equal time, if it was measured."""
+    """Gain at equal time; None if it was not measured."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """One method on one scene at one budget: means over seeds, and gains over the baseline."""
+    """A method on a scene at one budget: means over seeds, and gains over the baseline."""
 
     scene: str
     budget: str
     method: str
     seeds: int
     spp: float
-    """Samples taken over pixels of the picture: what a sampler rounds up to, and a film's border, count."""
+    """Samples taken per pixel of the picture, with those that a sampler rounds up to and those of the film's border."""
     samples: float
+    """Samples taken for a picture, mean over seeds."""
     seconds: float
-    """Of one picture, geometric mean."""
+    """Seconds that a picture took, geometric mean over seeds."""
     drawing: float
     """Share of the seconds in which radiance samples were drawn."""
     scores: Scores
     gain_samples: Interval | None
-    """Error of the baseline over that of the method, per sample: relMSE, or what the method's objective is after; None
-    where the baseline failed."""
+    """Error of the baseline over that of the method at equal samples: the error that the method's objective minimises.
+    None where the baseline failed."""
     gain_time: Interval | None
-    """The same per second."""
+    """The same at equal time."""
     gain_trimmed: Interval | None
-    """As gain_samples, of the trimmed relMSE."""
+    """The same as gain_samples, but in the trimmed relMSE."""
     oracle_share: float | None
     """log(gain_samples) / log(limit), over a uniform baseline; None where there is next to nothing to gain. The limit
-    is what the study's oracle by samples gained that has the method's objective; if there is none, that of the scene
-    for methods that minimise the relative error, and None for others."""
+    is the gain of the study's oracle by samples for the method's objective. Without such an oracle it is the limit of
+    the scene for methods that minimise the relative error, and the share of all other methods is None."""
     oracle_time_share: float | None
     """The same at equal time; None if the study has no oracle by time."""
     paired: bool
     """Whether all times were measured next to the baseline's, in the same run."""
     too_close: bool
-    """Whether the reference is too close to one of the cells."""
+    """Whether any of the cells is too close to the reference, see ``Measurement``."""
 
 
 @dataclass(frozen=True)
@@ -121,18 +125,21 @@ class Mean:
     budget: str
     method: str
     scenes: int
-    """On how many scenes both it and the baseline were measured."""
+    """Number of scenes on which both the method and the baseline were measured."""
     gain_samples: Interval
     gain_time: Interval
     gain_trimmed: Interval
     worst: float
     """Least gain_samples of any scene."""
     worst_scene: str
+    """Name of that scene."""
     worst_time: float
     """Least gain_time of any scene."""
     oracle_share: float | None
-    """log(gain_samples) over log(limit), both means over the scenes where there is something to gain."""
+    """log(gain_samples) over log(limit), both means over the scenes where there is something to gain; else None."""
     oracle_time_share: float | None
+    """The same at equal time."""
 
 
 SCORES = tuple(Scores.__dataclass_fields__)
+"""Names of the scores, which are fields of ``Scores``."""

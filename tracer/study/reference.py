@@ -1,8 +1,8 @@
-"""Reference pictures: two independent halves, one by plain ``mi.render``, one by our loop with a constant map.
+"""Reference pictures: two independent halves, one by plain ``mi.render``, one by our loop, uniform.
 
-Neither is rendered by a method that decides anything, and they share nothing but the scene: another sampler, other
-seeds, another estimator. Half their squared difference, halved again, is the squared error of their mean, measured and
-not assumed. They are kept by content: what the scene consists of and every setting that changes the picture.
+Both are uniform, so nothing decides where their samples go, and they share nothing but the scene: samplers, seeds and
+estimators differ. A quarter of their squared difference is the squared error of their mean, measured and not assumed.
+Halves are kept under a hash of the scene's content and of every setting that changes the picture.
 """
 
 from __future__ import annotations
@@ -32,27 +32,29 @@ from tracer.study.reference_half import Half
 from tracer.study.uniform import render_uniform
 
 FORMAT = 1
-"""Changed when kept halves must not be used any more."""
+"""Version of kept halves, changed when those of earlier versions must not be used any more."""
 FIRST_SEED = 1000003
-"""Far from the seeds that are measured."""
+"""Seed of the first chunk, far from the seeds that are measured."""
 SAMPLER = "multijitter"
-"""Of the half by ``mi.render``."""
+"""Sampler plugin of the half by ``mi.render``."""
 CHUNK_SAMPLES = 2**24
-"""Most samples of a chunk."""
+"""Most samples of a chunk, unless that is less than four per pixel."""
 LEAST_CHUNKS = 4
-"""Of each half, so that the spread between them says something."""
+"""Least chunks of each half, so that the spread between chunks can be estimated."""
 ROUNDING = 1e-5
-"""Relative difference between halves that says nothing: where there is next to no noise, that of sums in float32."""
+"""Relative difference between halves that is ignored: without noise, sums in float32 differ by about as much."""
 FALSE_ALARM = 1e-3
 """Probability that two halves of the same expectation are said to disagree."""
 
 
 @dataclass(frozen=True)
 class Reference:
-    """A picture close enough to the truth to measure others by."""
+    """A picture close enough to the truth to measure others by, in two independent halves."""
 
     by_mitsuba: Half
+    """The half by ``mi.render``."""
     by_tracer: Half
+    """The half by our loop."""
 
     @property
     def image(self) -> Floats:
@@ -81,20 +83,20 @@ class Reference:
 
     @property
     def relative_mse(self) -> float:
-        """The same, relative as in ``score.relative_mse``."""
+        """The same, relative as in ``metrics.relative_mse``."""
         return float((self.squared_error / metrics.relative_scale(self.image)[..., None]).mean())
 
     @property
     def disagreement(self) -> float:
-        """Least p-value over parts of the picture of Welch's t-test between the halves, corrected for their number.
+        """Least p-value of Welch's t-test between the halves, over all tiles of the picture.
 
-        Below FALSE_ALARM the halves do not show the same picture (Sidak's correction).
+        It is corrected for the number of tiles (Sidak); below FALSE_ALARM the halves do not show the same picture.
         """
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RuntimeWarning)  # parts that are nearly without noise
+            warnings.simplefilter("ignore", RuntimeWarning)  # tiles that are nearly without noise
             p = stats.ttest_ind(self.by_mitsuba.tiles, self.by_tracer.tiles, equal_var=False).pvalue
-        own, other = (half.tiles.mean(axis=0) for half in (self.by_mitsuba, self.by_tracer))
-        p = np.where(np.isfinite(p) & (abs(own - other) > ROUNDING * abs(own + other) / 2), p, 1.0)
+        first, second = (half.tiles.mean(axis=0) for half in (self.by_mitsuba, self.by_tracer))
+        p = np.where(np.isfinite(p) & (abs(first - second) > ROUNDING * abs(first + second) / 2), p, 1.0)
         return float(-np.expm1(p.size * np.log1p(-min(p.min(), 1 - 1e-16))))
 
     @property
@@ -117,7 +119,7 @@ def cache_key(setting: Setting) -> str:
 
 
 def make_reference(setting: Setting, spp: int, progress: CountCallback | None = None) -> Reference:
-    """Return a reference of at least ``spp`` samples per pixel; what is kept from before is added to.
+    """Return a reference of at least ``spp`` samples per pixel; halves that are kept from before are added to.
 
     Raises KeyboardInterrupt if ``progress`` stops it; the chunks that were finished are kept.
     """
@@ -141,14 +143,14 @@ def make_reference(setting: Setting, spp: int, progress: CountCallback | None = 
 
 
 def next_step(halves: Sequence[Half], spp: int) -> int | None:
-    """Return which half is next to be added to, the one behind; None if there are ``spp`` of both together."""
+    """Return the index of the half with fewer chunks, which is added to next; None if both together have ``spp``."""
     behind = int(np.argmin([half.chunks for half in halves]))
     enough = halves[behind].chunks >= LEAST_CHUNKS and 2 * halves[behind].spp >= spp
     return None if enough else behind
 
 
 def prepare_cache() -> Path:
-    """Return the folder of kept references, which can be written in. Raises OutputError."""
+    """Make the folder of kept references and return it. Raises OutputError if it cannot be written in."""
     folder = cache_folder()
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -158,16 +160,16 @@ def prepare_cache() -> Path:
 
 
 def spp_of_chunk(pixel_count: int) -> int:
-    """Return samples per pixel of a chunk: a power of four, which stratified samplers like best, at most 1024."""
-    most = max(CHUNK_SAMPLES // pixel_count, 4)
-    return int(min(4 ** ((most.bit_length() - 1) // 2), 1024))
+    """Return the samples per pixel of a chunk: a power of four up to 1024, which suits stratified samplers best."""
+    most_spp = max(CHUNK_SAMPLES // pixel_count, 4)
+    return int(min(4 ** ((most_spp.bit_length() - 1) // 2), 1024))
 
 
 def open_studio(stack: ExitStack, setting: Setting) -> tuple[Studio, str | None]:
-    """Open a scene with Mitsuba's best sampler for a known count, or its own where there is none to replace."""
+    """Return an open scene and its sampler under ``mi.render``: SAMPLER, or None if the scene has none to replace."""
     try:
         return Studio(stack, setting, [SAMPLER]), SAMPLER
-    except SceneError:  # no sampler there is to replace, or what the next line raises again
+    except SceneError:  # no sampler to replace, or an error that the next line raises again
         return Studio(stack, setting), None
 
 
@@ -177,9 +179,11 @@ def by_mitsuba(studio: Studio, sampler: str | None) -> Callable[[Half, int], Non
 
     def render(half: Half, seed: int) -> None:
         image = method(half.chunk_spp, seed).image
-        bad = np.count_nonzero(~np.isfinite(image).all(axis=-1))
-        if bad:
-            raise SceneError(f"{bad} pixels of the reference by mi.render are not finite, so nothing can be scored.")
+        bad_count = np.count_nonzero(~np.isfinite(image).all(axis=-1))
+        if bad_count:
+            raise SceneError(
+                f"{bad_count} pixels of the reference by mi.render are not finite, so nothing can be scored."
+            )
         half.add(image)
 
     return render
@@ -189,8 +193,8 @@ def by_tracer(view: View) -> Callable[[Half, int], None]:
     """Return a function that adds a chunk by our loop with the same number of samples everywhere."""
 
     def render(half: Half, seed: int) -> None:
-        result, found = render_uniform(view, half.chunk_spp, seed)
-        variance = found.variance[view.inner]
+        result, statistics = render_uniform(view, half.chunk_spp, seed)
+        variance = statistics.variance[view.inner]
         half.add(view.rgb(result.image), np.maximum(view.rgb(variance), 0.0))
 
     return render

@@ -1,4 +1,4 @@
-"""One half of a reference: chunks of samples, each with a seed of its own, and what they say of their common error."""
+"""One half of a reference: a mean over chunks of samples, each with a seed of its own, and its spread."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tracer.io import atomic
 logger = logging.getLogger(__name__)
 
 TILES = 8
-"""Parts on each side of the picture whose means are kept chunk by chunk."""
+"""Tiles along each side of the picture; the mean of each tile is kept chunk by chunk."""
 
 
 @dataclass
@@ -27,13 +27,13 @@ class Half:
     chunk_spp: int
     """Samples per pixel of a chunk."""
     mean: Floats
-    """(H, W, 3)."""
+    """(H, W, 3), linear sRGB: mean over chunks."""
     deviations: Floats
     """(H, W, 3): sum over chunks of squared deviations from the mean."""
     variance: Floats
-    """(H, W, 3): variance of one sample, mean over chunks; zero where the chunks do not tell."""
+    """(H, W, 3): variance of one sample, mean over chunks; zero if the chunks come without it."""
     tiles: Floats
-    """(chunks, rows, columns): mean luminance of parts of the picture."""
+    """(chunks, rows, columns): mean luminance of every tile of the picture."""
 
     @classmethod
     def empty(cls, chunk_spp: int, height: int, width: int) -> Half:
@@ -44,7 +44,7 @@ class Half:
 
     @property
     def chunks(self) -> int:
-        """How many chunks were added."""
+        """Number of chunks that were added."""
         return len(self.tiles)
 
     @property
@@ -55,20 +55,20 @@ class Half:
     def add(self, image: NDArray, variance: NDArray | None = None) -> None:
         """Add the picture (H, W, 3) of a chunk, and the variance of one of its samples if that is known."""
         self.tiles = np.concatenate([self.tiles, tile_means(luminance(image), self.tiles.shape[1:])[None]])
-        before = image - self.mean
-        self.mean += before / self.chunks
-        self.deviations += before * (image - self.mean)
+        difference = image - self.mean
+        self.mean += difference / self.chunks
+        self.deviations += difference * (image - self.mean)
         if variance is not None:
             self.variance += (variance - self.variance) / self.chunks
 
     def save(self, path: Path) -> None:
-        """Write to a file, whole or not at all."""
+        """Write the half to a file, whole or not at all."""
         with atomic.whole(path) as temporary, open(temporary, "wb") as file:
             np.savez(file, **vars(self))
 
     @classmethod
     def load(cls, path: Path) -> Half | None:
-        """Read from a file; None if there is none, or it is damaged: then it is made anew."""
+        """Return the half in a file; None if there is no file, or if it is damaged, so that the half is made anew."""
         try:
             with np.load(path) as stored:
                 arrays = (stored[name] for name in ("mean", "deviations", "variance", "tiles"))
@@ -83,7 +83,7 @@ class Half:
 def tile_means(values: Floats, shape: tuple[int, ...]) -> Floats:
     """Return the means of ``values`` (H, W) over a grid of nearly equal tiles (rows, columns)."""
     rows, columns = (
-        np.linspace(0, size, parts + 1).astype(int) for size, parts in zip(values.shape, shape, strict=True)
+        np.linspace(0, size, tiles + 1).astype(int) for size, tiles in zip(values.shape, shape, strict=True)
     )
     sums = np.add.reduceat(np.add.reduceat(values, rows[:-1], axis=0), columns[:-1], axis=1)
     return sums / np.outer(np.diff(rows), np.diff(columns))

@@ -1,4 +1,4 @@
-"""Render the cells of a scene that are not there yet, one after the other, and keep each as it is made."""
+"""Render the cells of a scene that are missing, one after the other, and keep each picture as soon as it is made."""
 
 from __future__ import annotations
 
@@ -17,49 +17,51 @@ from tracer.study.plan import Budget, MethodPlan, Plan, Scene
 from tracer.study.records import Failure
 
 WARM_UP_SPP = 40
-"""Enough for a round that adapts, unbiased or not, so that all kernels of ours are compiled."""
+"""Samples per pixel of a warm-up: enough for an adaptive round, unbiased or not, so that our kernels are compiled."""
 FASTEST_GROWTH = 8
-"""Most by which the next trial's samples exceed the last one's while the pace of a method is found."""
+"""Largest factor from the samples of a trial to those of the next, while the pace of a method is measured."""
 TRIALS = 8
+"""Most trials to find the samples per pixel that a budget in seconds buys."""
 TRUSTED = 0.15
-"""Two times that differ by less than this part are the same."""
+"""Relative difference below which two times count as equal."""
 MOST_REPEATS = 3
+"""Most times that a picture is repeated until its time is steady."""
 
 CellCallback = Callable[[Cell | None, str], None]
-"""Called with the cell that is done, or None while one is under way, and what to say. Raises KeyboardInterrupt."""
+"""Called with the cell that is done, or None while one is rendered, and a text to show. Raises KeyboardInterrupt."""
 
 
 def shoot(
-    plan: Plan, scene: Scene, blocks: list[list[Cell]], output: Path, run: str, told: CellCallback
+    plan: Plan, scene: Scene, blocks: list[list[Cell]], output: Path, run: str, notify: CellCallback
 ) -> list[Failure]:
-    """Render what is missing; return what could not be rendered.
+    """Render the cells that are missing; return those that failed.
 
-    All methods are opened and their kernels compiled before any is timed. Within a block they follow one another, so
-    that a machine that changes speed does so for all of them.
+    All methods are opened and their kernels compiled before any is timed. Within a block the methods follow one
+    another, so that a machine that changes speed does so for all of them.
     """
     missing = [cell for block in blocks for cell in block if not is_kept(cell, output)]
-    wanted = [method for method in plan.methods if any(cell.method == method.name for cell in missing)]
+    needed = [method for method in plan.methods if any(cell.method == method.name for cell in missing)]
     failures: list[Failure] = []
     if not missing:
         return failures
     with ExitStack() as stack:
         try:
-            studio = Studio(stack, scene.setting, [one.sampler for one in wanted if one.sampler is not None])
+            studio = Studio(stack, scene.setting, [method.sampler for method in needed if method.sampler is not None])
         except Exception as error:  # whatever it is, the other scenes can still be measured
             return [failure(cell, error) for cell in missing]
-        opened = {method.name: Opened(studio, method, scene.setting, told) for method in wanted}
+        opened = {method.name: Opened(studio, method, scene.setting, notify) for method in needed}
         for name, method in opened.items():
-            told(None, f"{scene.name}: {name}, warming up")
+            notify(None, f"{scene.name}: {name}, warming up")
             method.prepare({cell.budget for cell in missing if cell.method == name})
         for cell in missing:
             text = f"{scene.name}: {cell.method}, {cell.budget.label}, seed {cell.seed}"
-            told(None, text)
+            notify(None, text)
             try:
                 shot, spp = opened[cell.method].shoot(cell)
                 store(cell, output, shot, spp, run)
-            except Exception as error:  # the other cells can still be measured; this one is told as a failure
+            except Exception as error:  # the other cells can still be measured; this cell is reported as a failure
                 failures.append(failure(cell, error))
-            told(cell, text)
+            notify(cell, text)
     return failures
 
 
@@ -69,45 +71,45 @@ def failure(cell: Cell, error: Exception) -> Failure:
 
 
 def one_line(error: Exception) -> str:
-    """Return what an error says, in one line, with its kind unless it is one of ours."""
+    """Return the first line of an error's message, after the name of its type unless it is a TracerError."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     message = lines[0] if lines else type(error).__name__
     return message if isinstance(error, TracerError) else f"{type(error).__name__}: {message}"
 
 
 class Opened:
-    """A method on an open scene, and what was found out about it before anything is timed."""
+    """A method on an open scene, and the samples per pixel that its budgets buy."""
 
-    def __init__(self, studio: Studio, plan: MethodPlan, setting: Setting, told: CellCallback) -> None:
-        self.studio, self.plan, self.setting, self.told = studio, plan, setting, told
+    def __init__(self, studio: Studio, plan: MethodPlan, setting: Setting, notify: CellCallback) -> None:
+        self.studio, self.plan, self.setting, self.told = studio, plan, setting, notify
         self.spps: dict[Budget, int] = {}
         """Samples per pixel that each budget buys."""
         self.broken: Exception | None = None
-        """Why it does not render: its cells need not try again."""
+        """Why the method cannot render: its cells fail with this error without another try. None if it can."""
 
     def prepare(self, budgets: set[Budget]) -> None:
-        """Compile all kernels, and find what budgets in seconds buy."""
+        """Compile all kernels, and find the samples per pixel that each budget buys."""
         try:
             self.method = self.open()
             if self.plan.sampler is None:
                 steady_seconds(self.method, self.clamp(max(WARM_UP_SPP, 3 * (self.plan.pilot_spp or 1))))
-            for budget in sorted(budgets, key=lambda one: one.amount):
+            for budget in sorted(budgets, key=lambda budget: budget.amount):
                 self.spps[budget] = int(budget.amount) if budget.kind == "spp" else self.find_spp(budget.amount)
                 if self.plan.sampler is not None:
-                    # Mitsuba's samplers need other kernels for every count, ours the same for all.
+                    # Mitsuba's samplers need kernels of their own for every count, ours the same for all counts.
                     steady_seconds(self.method, self.spps[budget])
-        except Exception as error:  # raised by each of its cells, which are told as failures
+        except Exception as error:  # raised again by each of its cells, which are reported as failures
             self.broken = error
 
     def open(self) -> Method:
-        """Return the method."""
+        """Return the method as a function of spp and seed."""
         if self.plan.sampler is not None:
             return self.studio.stock(self.plan.sampler)
         foretold = None if self.plan.oracle is None else self.foretell(self.plan.oracle)
         return self.studio.own(self.passed, foretold, self.plan.denoise, **self.plan.settings())
 
     def foretell(self, by: str) -> Foretold:
-        """Return the allocations of an oracle, which measures the scene now if nobody has before."""
+        """Return the allocations of an oracle; the scene is measured now unless measurements are kept from before."""
         truth = measure_truth(self.setting, self.studio.view, lambda text: self.told(None, text))
         return cache(lambda spp: oracle.rendered_allocation(truth, self.plan.objective, spp, by))
 
@@ -119,29 +121,29 @@ class Opened:
         return self.method(spp, cell.seed), spp
 
     def passed(self, progress: Progress) -> None:
-        """Let the person stop within a picture."""
+        """Let a person stop the study while a picture is rendered."""
         self.told(None, "")
 
     def find_spp(self, seconds: float) -> int:
-        """Return the samples per pixel that take ``seconds``: trials go on until one takes about as long."""
+        """Return the samples per pixel that take ``seconds``, by trials until one takes about as long."""
         spp = self.clamp(WARM_UP_SPP)
         for _ in range(TRIALS):
             pace = seconds / steady_seconds(self.method, spp)
-            before, spp = spp, self.clamp(max(1, round(spp * min(pace, FASTEST_GROWTH))))
-            if abs(pace - 1) < TRUSTED or spp == before:
+            previous_spp, spp = spp, self.clamp(max(1, round(spp * min(pace, FASTEST_GROWTH))))
+            if abs(pace - 1) < TRUSTED or spp == previous_spp:
                 break
         return spp
 
     def clamp(self, spp: int) -> int:
-        """Return the number nearest to ``spp`` that the method can render with."""
+        """Return the number nearest to ``spp`` within the bounds of the method."""
         return max(min(spp, self.plan.max_spp or spp), self.plan.min_spp or 1, self.plan.pilot_spp or 1)
 
 
 def steady_seconds(method: Method, spp: int) -> float:
-    """Return how long a picture takes when nothing is compiled any more: until two in a row take about as long."""
+    """Return the seconds of a picture without compilation: it is repeated until its time falls no further."""
     seconds = method(spp, 0).seconds
     for _ in range(MOST_REPEATS):
-        before, seconds = seconds, method(spp, 0).seconds
-        if seconds > (1 - TRUSTED) * before:
+        previous_seconds, seconds = seconds, method(spp, 0).seconds
+        if seconds > (1 - TRUSTED) * previous_seconds:
             break
     return seconds

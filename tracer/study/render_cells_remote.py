@@ -1,6 +1,6 @@
-"""Render the cells of a scene on workers: blocks of the same budget and seed, each by one, so that times compare.
+"""Render the cells of a scene on workers; one worker renders all cells of a block, so that their times compare.
 
-Cells that are rendered at once on one machine share it: their times are those of a machine that has other things to do.
+A block is all cells of the same budget and seed. Blocks that are rendered at once on one machine slow each other down.
 """
 
 from __future__ import annotations
@@ -31,10 +31,11 @@ from tracer.study.records import Failure
 from tracer.study.render_cells import CellCallback, Opened, failure
 
 TICK = 0.1
-"""Seconds after which it is looked what is done, and a person is heard."""
+"""Seconds between two looks at which blocks are done and whether the study is to stop."""
 MOST_TRIES = 3
+"""Most times, per block, that blocks are sent again because a worker lacks the scene."""
 Made = list[tuple[Cell, tuple[Shot, int, str] | Failure]]
-"""Cells, and their pictures with samples per pixel and machine, or why there is none."""
+"""Cells, each with its picture, samples per pixel and machine, or with its failure."""
 
 
 def shoot(
@@ -43,49 +44,49 @@ def shoot(
     blocks: list[list[Cell]],
     output: Path,
     run: str,
-    told: CellCallback,
+    notify: CellCallback,
     connection: Connection,
 ) -> list[Failure]:
-    """Render what is missing on workers; return what could not be rendered. Raises ClusterError."""
+    """Render the cells that are missing on workers; return those that failed. Raises ClusterError."""
     missing = [[cell for cell in block if not is_kept(cell, output)] for block in blocks]
     missing = [block for block in missing if block]
     if not missing:
         return []
     setting = scene.setting
     try:
-        seen = {"integrator": setting.integrator, "size": setting.size}
-        setup = make_setup(setting.source, fingerprint(setting.source), mi.variant(), None, setting.sensor, **seen)
+        keywords = {"integrator": setting.integrator, "size": setting.size}
+        setup = make_setup(setting.source, fingerprint(setting.source), mi.variant(), None, setting.sensor, **keywords)
     except Exception as error:  # whatever it is, the other scenes can still be measured
         return [failure(cell, error) for block in missing for cell in block]
     failures: list[Failure] = []
-    told(None, f"{scene.name}: opening on workers")
-    for made in made_elsewhere(connection, plan, scene, setup, missing, told):
+    notify(None, f"{scene.name}: opening on workers")
+    for made in made_elsewhere(connection, plan, scene, setup, missing, notify):
         for cell, outcome in made:
             if isinstance(outcome, Failure):
                 failures.append(outcome)
             else:
                 shot, spp, where = outcome
                 store(cell, output, shot, spp, run, where)
-            told(cell, f"{scene.name}: {cell.method}, {cell.budget.label}, seed {cell.seed}")
+            notify(cell, f"{scene.name}: {cell.method}, {cell.budget.label}, seed {cell.seed}")
     return failures
 
 
 def made_elsewhere(
-    connection: Connection, plan: Plan, scene: Scene, setup: Setup, blocks: list[list[Cell]], told: CellCallback
+    connection: Connection, plan: Plan, scene: Scene, setup: Setup, blocks: list[list[Cell]], notify: CellCallback
 ) -> Iterator[Made]:
-    """Yield blocks as they are made. Raises ClusterError, and KeyboardInterrupt if ``told`` does."""
+    """Yield blocks as workers finish them. Raises ClusterError, and KeyboardInterrupt if ``notify`` does."""
     client, messages, shipped, tries = connection.client, Messages(connection), False, 0
 
-    def ask(block: list[Cell]) -> Any:
+    def submit(block: list[Cell]) -> Any:
         return client.submit(shoot_block, plan, scene, setup, software(), block, pure=False)
 
-    waiting = {ask(block): block for block in blocks}
+    waiting = {submit(block): block for block in blocks}
     try:
         while waiting:
-            told(None, "")
+            notify(None, "")
             messages.require_scheduler()
             time.sleep(TICK)
-            for future in [each for each in waiting if each.done()]:
+            for future in [candidate for candidate in waiting if candidate.done()]:
                 block = waiting.pop(future)
                 error = None if future.status == "finished" else future.exception() or CancelledError(future.key)
                 if isinstance(error, SceneMissingError) and tries < MOST_TRIES * len(blocks):
@@ -93,7 +94,7 @@ def made_elsewhere(
                     if not shipped:
                         connection.ship(setup)
                         shipped = True
-                    waiting[ask(block)] = block
+                    waiting[submit(block)] = block
                 elif isinstance(error, KilledWorker):
                     yield [(cell, failure(cell, Exception(str(explained(error))))) for cell in block]
                 elif error is not None:
@@ -102,37 +103,38 @@ def made_elsewhere(
                     yield future.result()
     except UNANSWERED:
         raise ClusterError(
-            f"The scheduler {connection.address} is gone; what is done is kept, run the same again."
+            f"The scheduler {connection.address} is gone; all finished cells are kept, so run the study again."
         ) from None
     finally:
         messages.cancel(list(waiting))
 
 
-def shoot_block(plan: Plan, scene: Scene, setup: Setup, made_of: dict[str, str], block: list[Cell]) -> Made:
-    """Render a block on a worker."""
+def shoot_block(plan: Plan, scene: Scene, setup: Setup, client_software: dict[str, str], block: list[Cell]) -> Made:
+    """Render a block on a worker whose software must be that of the client."""
     worker = get_worker()
-    require_same(software(), made_of, worker.address)
+    require_same(software(), client_software, worker.address)
     place = place_of(worker)
     return DEVICE.submit(shoot_on_device, plan, scene, setup, place, block).result()
 
 
 def shoot_on_device(plan: Plan, scene: Scene, setup: Setup, place: Place, block: list[Cell]) -> Made:
-    """Do the work of ``shoot_block``; ``place``: folder and threads of the worker."""
+    """Render a block while no other block is rendered on this worker; ``place``: its folder and number of threads."""
     theatre = Theatre.of(plan, scene, setup, place)
     made: Made = []
     for cell in block:
         try:
             shot, spp = theatre.opened(cell).shoot(cell)
             made.append((cell, (shot, spp, machine())))
-        except Exception as error:  # told as a failure, as where the client draws
+        except Exception as error:  # reported as a failure, as it is without workers
             made.append((cell, failure(cell, error)))
     return made
 
 
 class Theatre:
-    """A scene open on a worker for all methods, and what was found out about them."""
+    """A scene that is open on a worker, and its methods, prepared when first needed."""
 
     current: Theatre | None = None
+    """The one scene that is open on this worker."""
 
     def __init__(self, plan: Plan, scene: Scene, setup: Setup, place: Place) -> None:
         backend.activate(setup.variant)
@@ -142,13 +144,13 @@ class Theatre:
         self.plan = plan
         self.setting = replace(scene.setting, source=find_scene(setup, place[0]))
         self.stack = ExitStack()
-        samplers = [one.sampler for one in plan.methods if one.sampler is not None]
+        samplers = [method.sampler for method in plan.methods if method.sampler is not None]
         self.studio = Studio(self.stack, self.setting, samplers)
         self.methods: dict[str, Opened] = {}
 
     @classmethod
     def of(cls, plan: Plan, scene: Scene, setup: Setup, place: Place) -> Theatre:
-        """Return the one of a scene, in place of any other that is open."""
+        """Return the theatre of a scene; one of another scene is closed first."""
         if cls.current is None or cls.current.key != (plan.model_dump_json(), setup):
             close_worker_scene()
             close_theatre()
@@ -156,9 +158,9 @@ class Theatre:
         return cls.current
 
     def opened(self, cell: Cell) -> Opened:
-        """Return the method of a cell, all of its kernels compiled."""
+        """Return the method of a cell, with all of its kernels compiled."""
         if cell.method not in self.methods:
-            method = next(one for one in self.plan.methods if one.name == cell.method)
+            method = next(method for method in self.plan.methods if method.name == cell.method)
             opened = Opened(self.studio, method, self.setting, lambda cell, text: None)
             opened.prepare(set(self.plan.budgets))
             self.methods[cell.method] = opened
@@ -167,7 +169,7 @@ class Theatre:
 
 @atexit.register
 def close_theatre() -> None:
-    """Let go of the scene that is open, while Mitsuba is still there."""
+    """Release the scene that is open, before Mitsuba is unloaded."""
     if Theatre.current is not None:
         Theatre.current.stack.close()
         Theatre.current = None

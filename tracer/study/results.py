@@ -1,4 +1,4 @@
-"""From measurements to gains over the baseline, per scene and as means, and to the share of what an oracle gains."""
+"""Gains over the baseline from measurements, per scene and as means, and their share of what an oracle gains."""
 
 from __future__ import annotations
 
@@ -20,48 +20,54 @@ ERRORS: dict[str, Callable[[Scores], float]] = {
     "display": lambda scores: 10 ** (-scores.psnr / 10),
     "denoised": lambda scores: scores.relative_mse,
 }
-"""The error that each objective is after."""
+"""The error that each objective minimises, as a function of the scores of a picture."""
 
 
 @dataclass
 class Results:
-    """All that a study found."""
+    """All that a study has measured."""
 
     plan: Plan
     scenes: list[SceneFacts] = field(default_factory=list)
     measurements: list[Measurement] = field(default_factory=list)
     failures: list[Failure] = field(default_factory=list)
     kept: int = 0
-    """Cells that were there from an earlier run."""
+    """Number of cells that an earlier run had rendered."""
     finished: bool = False
-    """Whether all scenes were done."""
+    """Whether all scenes are done."""
 
     def tables(self) -> tuple[list[Row], list[Mean]]:
-        """Return rows and means."""
+        """Return a row per scene, budget and method, and a mean over scenes per budget and method."""
         gains: dict[tuple[str, str], list[Gains]] = {}
         limits: dict[tuple[str, str, str], Limits] = {}
         rows = [row for facts in self.scenes for row in self.rows_of(facts, gains, limits)]
         means = []
-        for (budget, method), found in gains.items():
-            samples, times, trimmed = (geometric_mean([getattr(one, name) for one in found]) for name in GAINS)
-            worst = min(found, key=lambda one: one.samples.value)
-            most = [limits[one.scene, budget, method] for one in found]
+        for (budget, method), scene_gains in gains.items():
+            samples, times, trimmed = (
+                geometric_mean([getattr(entry, name) for entry in scene_gains]) for name in GAINS
+            )
+            worst = min(scene_gains, key=lambda entry: entry.samples.value)
+            oracles = [limits[entry.scene, budget, method] for entry in scene_gains]
             rated = self.is_rated(method)
             means.append(
                 Mean(
                     budget=budget,
                     method=method,
-                    scenes=len(found),
+                    scenes=len(scene_gains),
                     gain_samples=samples,
                     gain_time=times,
                     gain_trimmed=trimmed,
                     worst=worst.samples.value,
                     worst_scene=worst.scene,
-                    worst_time=min(one.time.value for one in found),
-                    oracle_share=mean_share([(g.samples.value, m.samples) for g, m in zip(found, most, strict=True)])
+                    worst_time=min(entry.time.value for entry in scene_gains),
+                    oracle_share=mean_share(
+                        [(entry.samples.value, most.samples) for entry, most in zip(scene_gains, oracles, strict=True)]
+                    )
                     if rated
                     else None,
-                    oracle_time_share=mean_share([(g.time.value, m.time) for g, m in zip(found, most, strict=True)])
+                    oracle_time_share=mean_share(
+                        [(entry.time.value, most.time) for entry, most in zip(scene_gains, oracles, strict=True)]
+                    )
                     if rated
                     else None,
                 )
@@ -69,28 +75,28 @@ class Results:
         return rows, means
 
     def method(self, name: str) -> MethodPlan:
-        """Return the plan of a method."""
+        """Return the plan of the method of this name."""
         return next(method for method in self.plan.methods if method.name == name)
 
     def is_rated(self, name: str) -> bool:
-        """Return whether a method does what an oracle does: minimise an error, against uniform."""
+        """Return whether a method can be rated by an oracle: it adapts by a criterion, and the baseline is uniform."""
         return (
             self.method(name).criterion not in (None, "uniform")
             and self.method(self.plan.compared_with).criterion == "uniform"
         )
 
-    def limits(self, name: str, facts: SceneFacts, found: dict[str, Gains]) -> Limits:
-        """Return what an oracle of the objective of a method gains, from the gains of all methods at a budget."""
+    def limits(self, name: str, facts: SceneFacts, gains: dict[str, Gains]) -> Limits:
+        """Return what an oracle for the objective of a method gains, from the gains of all methods at a budget."""
         objective = self.method(name).objective
-        by = {
-            method.oracle: found[method.name]
+        oracles = {
+            method.oracle: gains[method.name]
             for method in self.plan.methods
-            if method.oracle and method.objective == objective and method.name in found
+            if method.oracle and method.objective == objective and method.name in gains
         }
-        known = facts.limit if objective == "relative" else None
+        scene_limit = facts.limit if objective == "relative" else None
         return Limits(
-            by["samples"].samples.value if "samples" in by else known,
-            by["time"].time.value if "time" in by else None,
+            oracles["samples"].samples.value if "samples" in oracles else scene_limit,
+            oracles["time"].time.value if "time" in oracles else None,
         )
 
     def rows_of(
@@ -99,53 +105,62 @@ class Results:
         gains: dict[tuple[str, str], list[Gains]],
         limits: dict[tuple[str, str, str], Limits],
     ) -> list[Row]:
-        """Return the rows of a scene; add its gains by (budget, method), and its limits by (scene, budget, method)."""
+        """Return the rows of a scene; add its gains to ``gains`` by (budget, method), and its limits to ``limits``.
+
+        The keys of ``limits`` are (scene, budget, method).
+        """
         groups: dict[tuple[str, str], dict[int, Measurement]] = {}
-        for one in self.measurements:
-            if one.cell.scene == facts.name:
-                groups.setdefault((one.cell.budget.label, one.cell.method), {})[one.cell.seed] = one
+        for measured in self.measurements:
+            if measured.cell.scene == facts.name:
+                groups.setdefault((measured.cell.budget.label, measured.cell.method), {})[measured.cell.seed] = measured
         baseline = self.plan.compared_with
-        known = [list(group.values()) for (_, method), group in groups.items() if method == baseline]
-        seconds = [[one.took.seconds for one in group] for group in known]
+        baseline_groups = [list(group.values()) for (_, method), group in groups.items() if method == baseline]
+        seconds = [[entry.took.seconds for entry in group] for group in baseline_groups]
         rates = {
-            objective: error_rate(seconds, [[measure(one.scores) for one in group] for group in known])
+            objective: error_rate(seconds, [[measure(entry.scores) for entry in group] for group in baseline_groups])
             for objective, measure in ERRORS.items()
         }
         rows = []
-        for budget in (one.label for one in self.plan.budgets):
-            against = groups.get((budget, baseline), {})
-            own = {
-                name: groups[budget, name] for name in (m.name for m in self.plan.methods) if (budget, name) in groups
+        for budget in (entry.label for entry in self.plan.budgets):
+            baseline_group = groups.get((budget, baseline), {})
+            by_method = {
+                name: groups[budget, name]
+                for name in (method.name for method in self.plan.methods)
+                if (budget, name) in groups
             }
             pairs = {
-                name: [(one, against[seed]) for seed, one in group.items() if seed in against]
-                for name, group in own.items()
+                name: [(entry, baseline_group[seed]) for seed, entry in group.items() if seed in baseline_group]
+                for name, group in by_method.items()
             }
-            objectives = {name: self.method(name).objective for name in own}
-            found = {
-                name: compare(each, rates[objectives[name]], ERRORS[objectives[name]])
-                for name, each in pairs.items()
-                if each
+            objectives = {name: self.method(name).objective for name in by_method}
+            compared = {
+                name: compare(paired, rates[objectives[name]], ERRORS[objectives[name]])
+                for name, paired in pairs.items()
+                if paired
             }
-            for name, group in own.items():
-                limits[facts.name, budget, name] = most = self.limits(name, facts, found)
-                if name in found:
-                    gains.setdefault((budget, name), []).append(found[name])
-                rows.append(self.summarise(list(group.values()), pairs[name], found.get(name), facts, most))
+            for name, group in by_method.items():
+                limits[facts.name, budget, name] = most = self.limits(name, facts, compared)
+                if name in compared:
+                    gains.setdefault((budget, name), []).append(compared[name])
+                rows.append(self.summarise(list(group.values()), pairs[name], compared.get(name), facts, most))
         return rows
 
     def summarise(
         self,
         group: Sequence[Measurement],
         pairs: Sequence[tuple[Measurement, Measurement]],
-        found: Gains | None,
+        gains: Gains | None,
         facts: SceneFacts,
         most: Limits,
     ) -> Row:
-        """Return the row of one method at one budget."""
+        """Return the row of a method on a scene at a budget.
+
+        ``group``: its measurements; ``pairs``: those that have a counterpart by the baseline with the same seed, which
+        stands second; ``gains``: its gains, None where the baseline failed; ``most``: what an oracle gains.
+        """
         first = group[0].cell
-        rated = found is not None and self.is_rated(first.method)
-        samples = float(np.mean([one.took.samples for one in group]))
+        rated = gains is not None and self.is_rated(first.method)
+        samples = float(np.mean([entry.took.samples for entry in group]))
         return Row(
             scene=first.scene,
             budget=first.budget.label,
@@ -153,39 +168,42 @@ class Results:
             seeds=len(group),
             spp=samples / (facts.width * facts.height),
             samples=samples,
-            seconds=float(np.exp(np.mean([np.log(one.took.seconds) for one in group]))),
-            drawing=float(np.mean([one.took.seconds_drawing / one.took.seconds for one in group])),
-            scores=Scores(*(float(np.mean([getattr(m.scores, name) for m in group])) for name in SCORES)),
-            gain_samples=None if found is None else found.samples.interval,
-            gain_time=None if found is None else found.time.interval,
-            gain_trimmed=None if found is None else found.trimmed.interval,
-            oracle_share=share(found.samples.value, most.samples) if found and rated and most.samples else None,
-            oracle_time_share=share(found.time.value, most.time) if found and rated and most.time else None,
-            paired=all(one.took.run == other.took.run for one, other in pairs),
-            too_close=any(one.too_close for one in group),
+            seconds=float(np.exp(np.mean([np.log(entry.took.seconds) for entry in group]))),
+            drawing=float(np.mean([entry.took.seconds_drawing / entry.took.seconds for entry in group])),
+            scores=Scores(*(float(np.mean([getattr(entry.scores, name) for entry in group])) for name in SCORES)),
+            gain_samples=None if gains is None else gains.samples.interval,
+            gain_time=None if gains is None else gains.time.interval,
+            gain_trimmed=None if gains is None else gains.trimmed.interval,
+            oracle_share=share(gains.samples.value, most.samples) if gains and rated and most.samples else None,
+            oracle_time_share=share(gains.time.value, most.time) if gains and rated and most.time else None,
+            paired=all(entry.took.run == counterpart.took.run for entry, counterpart in pairs),
+            too_close=any(entry.too_close for entry in group),
         )
 
 
 def mean_share(pairs: Sequence[tuple[float, float | None]]) -> float | None:
-    """Return the share of (gain, limit) pairs together, over those where there is something to gain."""
-    known = [(gain, most) for gain, most in pairs if most is not None and most > LEAST_LIMIT]
-    if not known:
+    """Return sum(log(gain)) / sum(log(limit)) over the pairs (gain, limit) with something to gain; None without any."""
+    gainful = [(gain, most) for gain, most in pairs if most is not None and most > LEAST_LIMIT]
+    if not gainful:
         return None
-    gains, limits = (np.log(each).sum() for each in zip(*known, strict=True))
+    gains, limits = (np.log(values).sum() for values in zip(*gainful, strict=True))
     return float(gains / limits)
 
 
 def compare(pairs: Sequence[tuple[Measurement, Measurement]], rate: float, error: Callable[[Scores], float]) -> Gains:
-    """Return the gains of the first of each pair over the second; ``rate`` as in ``gain``, for time."""
+    """Return the gains of the first measurement of each pair over the second.
+
+    ``rate``: how fast the error of the baseline falls with time, as in ``gain``; ``error``: the error of scores.
+    """
     scene, budget = pairs[0][0].cell.scene, pairs[0][0].cell.budget.label
     key = zlib.crc32(f"{scene} {budget}".encode())
 
     def errors(measure: Callable[[Scores], float]) -> tuple[list[float], list[float]]:
-        own, other = zip(*((measure(m.scores), measure(u.scores)) for m, u in pairs), strict=True)
-        return list(own), list(other)
+        ours, baseline = zip(*((measure(first.scores), measure(second.scores)) for first, second in pairs), strict=True)
+        return list(ours), list(baseline)
 
-    samples = [m.took.samples / u.took.samples for m, u in pairs]
-    seconds = [m.took.seconds / u.took.seconds for m, u in pairs]
+    samples = [method.took.samples / baseline.took.samples for method, baseline in pairs]
+    seconds = [method.took.seconds / baseline.took.seconds for method, baseline in pairs]
     return Gains(
         scene,
         gain(*errors(error), samples, key=key),

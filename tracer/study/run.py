@@ -31,24 +31,24 @@ from tracer.study.score_cache import ScoreBook
 from tracer.study.write import PAGE, write_results
 
 OBJECTIVE = "relative"
-"""Which error the limit of a scene is of; gains are of each method's own."""
+"""Objective whose error the limit of a scene is of; the gain of a method is of the method's own objective."""
 PAGE_SECONDS = 60.0
-"""Least time between two pages: they take a second or two a scene."""
+"""Least seconds from one writing of the page to the next, as it takes a second or two per scene."""
 LEAST_LEFT = 0.1
-"""Part of a measured squared error that is never taken for the reference's."""
+"""Least part of a measured squared error that remains when the reference's error is subtracted."""
 MARGIN = 1.2
-"""Samples of a reference beyond those that its error so far asks for."""
+"""Factor on the samples that a reference still needs, judged by its error so far."""
 
 
 def run_study(
     plan: Plan, output: Path, progress: StepCallback | None = None, overwrite: bool = False, cluster: Any = None
 ) -> Results:
-    """Measure everything and return it; ``output`` is written anew as scenes are done.
+    """Measure all that a plan asks for, write it to the folder ``output`` after every scene, and return it.
 
-    What is there from an earlier run of the same study is not rendered again, unless ``overwrite``. Raises
+    Cells that an earlier run of the same study left there are not rendered again, unless ``overwrite``. Raises
     SettingsError or MissingPackageError before the first ray, and KeyboardInterrupt if ``progress`` stops it: all
-    finished cells are kept. ``cluster``: let workers render the cells, see ``tracer.render``; references are rendered
-    here.
+    finished cells are kept. ``cluster``: workers that render the cells, as in ``tracer.render``; references are
+    rendered by this process.
     """
     require_template_engine()
     backend.activate()
@@ -68,7 +68,7 @@ def run_study(
 
 
 class Study:
-    """One study under way."""
+    """A study that is running."""
 
     def __init__(
         self,
@@ -92,10 +92,10 @@ class Study:
         self.scenes_before = max(1, count_scenes(output))
 
     def run(self) -> Results:
-        """Do scene after scene."""
-        every = [cell for blocks in self.blocks.values() for block in blocks for cell in block]
-        self.missing = sum(not cells.is_kept(cell, self.output) for cell in every)
-        self.results.kept = len(every) - self.missing
+        """Render and measure scene after scene, and return the results."""
+        all_cells = [cell for blocks in self.blocks.values() for block in blocks for cell in block]
+        self.missing = sum(not cells.is_kept(cell, self.output) for cell in all_cells)
+        self.results.kept = len(all_cells) - self.missing
         try:
             for scene in self.scenes:
                 blocks = self.blocks[scene.name]
@@ -114,7 +114,7 @@ class Study:
         return self.results
 
     def write(self, page: bool) -> None:
-        """Write what there is; results of more scenes, from an earlier run, stay until there are as many again."""
+        """Write the results so far, unless the folder holds those of more scenes from an earlier run."""
         if not (self.results.finished or len(self.results.scenes) >= self.scenes_before):
             return
         write_results(self.output, self.results)
@@ -123,56 +123,59 @@ class Study:
             self.page_written = time.monotonic()
 
     def tell(self, text: str, done: int, total: int) -> None:
-        """Tell the caller of progress. Raises KeyboardInterrupt if it wants to stop."""
+        """Report progress to the caller. Raises KeyboardInterrupt if the callback asks to stop."""
         if self.progress is not None and self.progress(text, done, total) is False:
             raise KeyboardInterrupt
 
     def shot(self, cell: Cell | None, text: str) -> None:
-        """Tell of a cell that is done, or under way."""
+        """Report a cell that is done, or, if ``cell`` is None, that one is being rendered."""
         self.done += cell is not None
         self.text = text or self.text
         self.tell(f"{self.text} ({self.done} of {self.missing})", self.done, self.missing)
 
-    def measure(self, scene: Scene, wanted: Sequence[Cell]) -> None:
-        """Score what was rendered of a scene against a reference that is good enough for it."""
-        there = [one for cell in wanted if (one := self.read(cell)) is not None]
-        found = [one for one in there if self.is_finite(*one[:2])]
-        if not found:
+    def measure(self, scene: Scene, scene_cells: Sequence[Cell]) -> None:
+        """Score the pictures of a scene against a reference that is good enough for them."""
+        readable = [entry for cell in scene_cells if (entry := self.read(cell)) is not None]
+        usable = [entry for entry in readable if self.is_finite(*entry[:2])]
+        if not usable:
             return
-        reference = self.good_reference(scene, [shot.image for _, shot, _ in found])
+        reference = self.good_reference(scene, [shot.image for _, shot, _ in usable])
         facts = describe_scene(scene.name, reference)
         measured = []
-        for k, (cell, shot, took) in enumerate(found):
-            self.tell(f"{scene.name}: scores", k, len(found))
+        for k, (cell, shot, took) in enumerate(usable):
+            self.tell(f"{scene.name}: scores", k, len(usable))
             scores = self.book.scores(cell, shot.image, reference)
-            close = CLOSE**2 * scores.relative_mse < facts.reference_relative_mse
-            measured.append(Measurement(cell, took, without_error_of(reference, scores), close))
+            too_close = CLOSE**2 * scores.relative_mse < facts.reference_relative_mse
+            measured.append(Measurement(cell, took, without_error_of(reference, scores), too_close))
         self.book.save()
         self.results.scenes.append(facts)
         self.results.measurements += measured
-        self.pictures.append(choose_pictures(self.plan, reference, measured, [shot for _, shot, _ in found]))
+        self.pictures.append(choose_pictures(self.plan, reference, measured, [shot for _, shot, _ in usable]))
 
     def read(self, cell: Cell) -> tuple[Cell, Shot, Took] | None:
-        """Return the picture of a cell, None if there is none; one that is damaged is removed, to be made again."""
+        """Return a cell with its picture, or None if it has no picture.
+
+        A damaged file is removed, so that the next run makes it again, and counts as a failure.
+        """
         if not cells.is_kept(cell, self.output):
             return None
         try:
             return cell, *cells.load(cell, self.output)
-        except Exception as error:  # whatever damage does to a file; it is among the failures that are told
+        except Exception as error:  # reading a damaged file may raise anything
             cell.path(self.output).unlink()
             self.results.failures.append(render_cells.failure(cell, error))
             return None
 
     def is_finite(self, cell: Cell, shot: Shot) -> bool:
-        """Return whether a picture can be scored; if not, that is a failure."""
-        bad = np.count_nonzero(~np.isfinite(shot.image).all(axis=-1))
-        if bad:
-            message = f"{bad} pixels of the picture are not finite"
+        """Return whether all pixels of a picture are finite; if not, the cell counts as a failure."""
+        bad_count = np.count_nonzero(~np.isfinite(shot.image).all(axis=-1))
+        if bad_count:
+            message = f"{bad_count} pixels of the picture are not finite"
             self.results.failures.append(Failure(cell.scene, cell.method, cell.budget.label, cell.seed, message))
-        return not bad
+        return not bad_count
 
     def good_reference(self, scene: Scene, images: Sequence[Any]) -> Reference:
-        """Return a reference whose error is at most a tenth of the smallest error, or as good as the plan allows."""
+        """Return a reference with a tenth of the least error (RMS) of ``images``, or the best that the plan allows."""
         spp = min(self.plan.reference_spp, 4 * int(max([64, *self.plan.spp])))
         while True:
             reference = self.reference(scene, spp)
@@ -183,32 +186,32 @@ class Study:
             spp = min(self.plan.reference_spp, round(reference.spp * ratio * MARGIN))
 
     def reference(self, scene: Scene, spp: int) -> Reference:
-        """Return the reference of a scene, telling of progress."""
+        """Return a reference of at least ``spp`` samples per pixel, reporting progress."""
 
-        def passed(done: int, total: int) -> None:
+        def report_progress(done: int, total: int) -> None:
             self.tell(f"{scene.name}: reference, {done} of {total} spp", done, total)
 
-        return make_reference(scene.setting, spp, passed)
+        return make_reference(scene.setting, spp, report_progress)
 
 
 def without_error_of(reference: Reference, scores: Scores) -> Scores:
-    """Return scores whose squared errors are those against the truth: less that of the reference, which is independent.
+    """Return scores with the squared errors against the truth: the reference's, which is independent, is subtracted.
 
-    Where next to nothing would be left, LEAST_LEFT of it stays.
+    At least the part LEAST_LEFT of each squared error remains.
     """
 
-    def left(measured: float, own: float) -> float:
-        return max(measured - own, LEAST_LEFT * measured)
+    def subtract(measured: float, reference_error: float) -> float:
+        return max(measured - reference_error, LEAST_LEFT * measured)
 
     return replace(
         scores,
-        mse=left(scores.mse, reference.mse),
-        relative_mse=left(scores.relative_mse, reference.relative_mse),
+        mse=subtract(scores.mse, reference.mse),
+        relative_mse=subtract(scores.relative_mse, reference.relative_mse),
     )
 
 
 def describe_scene(name: str, reference: Reference) -> SceneFacts:
-    """Return what a reference says of a scene and of itself."""
+    """Return the size of a scene, the samples and error of its reference, and the scene's limit."""
     height, width = reference.image.shape[:2]
     return SceneFacts(
         name=name,
@@ -226,14 +229,16 @@ def describe_scene(name: str, reference: Reference) -> SceneFacts:
 def choose_pictures(
     plan: Plan, reference: Reference, measured: Sequence[Measurement], shots: Sequence[Shot]
 ) -> ScenePictures:
-    """Return what the page shows of a scene: the first seed at the largest budget, in samples if there is one."""
-    budget = max({one.cell.budget for one in measured}, key=lambda one: (one.kind == "spp", one.amount))
-    seed = min(one.cell.seed for one in measured if one.cell.budget == budget)
+    """Return the pictures of the first seed at the largest budget, one in samples if there is any, for the page."""
+    budget = max(
+        {entry.cell.budget for entry in measured}, key=lambda candidate: (candidate.kind == "spp", candidate.amount)
+    )
+    seed = min(entry.cell.seed for entry in measured if entry.cell.budget == budget)
     shown = {
-        one.cell.method: Shown(one.cell.method, shot.image, shot.counts, one.scores.relative_mse)
-        for one, shot in zip(measured, shots, strict=True)
-        if one.cell.budget == budget and one.cell.seed == seed
+        entry.cell.method: Shown(entry.cell.method, shot.image, shot.counts, entry.scores.relative_mse)
+        for entry, shot in zip(measured, shots, strict=True)
+        if entry.cell.budget == budget and entry.cell.seed == seed
     }
     names = [plan.compared_with, *(method.name for method in plan.methods if method.name != plan.compared_with)]
-    name = measured[0].cell.scene
-    return ScenePictures(name, budget.label, seed, reference.image, [shown[one] for one in names if one in shown])
+    scene = measured[0].cell.scene
+    return ScenePictures(scene, budget.label, seed, reference.image, [shown[name] for name in names if name in shown])

@@ -1,4 +1,4 @@
-"""Scores that were computed before."""
+"""Scores that were computed before, kept in a file."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tracer.study.source_hash import hash_of
 
 
 class ScoreBook:
-    """Scores by picture and reference, in a file: they take longer than reading the pictures."""
+    """Scores by picture and reference, kept in a file, as computing them takes longer than reading the pictures."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -29,11 +29,11 @@ class ScoreBook:
         if path.exists():
             try:
                 self.known = json.loads(path.read_text())
-            except ValueError:  # damaged: what it had is worked out again
+            except ValueError:  # damaged: its scores are computed again
                 self.known = {}
 
     def scores(self, cell: Cell, image: Any, reference: Reference) -> Scores:
-        """Return the scores of the picture of a cell."""
+        """Return the scores of the picture of a cell, computed if they are not kept."""
         name = f"{cell.key} {self.identity(reference)} {self.code}"
         if name not in self.known:
             self.known[name] = asdict(metrics.all_scores(image, reference.image))
@@ -47,5 +47,5 @@ class ScoreBook:
         return self.last[1]
 
     def save(self) -> None:
-        """Write the file."""
+        """Write all scores to the file."""
         atomic.write_text(self.path, json.dumps(self.known, indent=0))

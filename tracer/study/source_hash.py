@@ -1,4 +1,4 @@
-"""Hashes of the source that results depend on: what was made by other code is made again."""
+"""Hashes of the source files that a result depends on: when these files have changed, it is made again."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import tracer
 from tracer import criteria
 
 ROOT = Path(tracer.__file__).parent
+"""Folder of the package."""
 DECIDING = (
     "core",
     "image",
@@ -25,11 +26,11 @@ DECIDING = (
     "settings.py",
     "result.py",
 )
-"""Folders and files that pixels depend on, beside the plugins and the criterion that a method names."""
+"""Folders and files of the package that pixels depend on, besides the plugins and the criterion of the method."""
 
 
 def hash_of(paths: list[Path]) -> str:
-    """Return a hash of the content of files."""
+    """Return a hash of the content of these files."""
     digest = hashlib.sha256()
     for path in paths:
         digest.update(path.read_bytes())
@@ -37,55 +38,58 @@ def hash_of(paths: list[Path]) -> str:
 
 
 def files_of(*modules: ModuleType) -> list[Path]:
-    """Return the files of modules."""
+    """Return the source files of modules."""
     return [Path(inspect.getfile(module)) for module in modules]
 
 
 def plugin_sources() -> list[Path]:
-    """Return the files of our plugins, but for the integrator that no study renders with."""
+    """Return the source files of our plugins, without the integrator that no study renders with."""
     from tracer import plugins
 
     return sorted(path for path in Path(plugins.__path__[0]).glob("*.py") if path.stem != "radiosity")
 
 
 def sources(*names: str) -> list[Path]:
-    """Return files of tracer, by their names within the package; a folder stands for all of its files."""
-    found = (ROOT / name for name in names)
-    return [path for each in found for path in (sorted(each.rglob("*.py")) if each.is_dir() else [each])]
+    """Return source files, by names within the package; the name of a folder stands for all files in it."""
+    places = (ROOT / name for name in names)
+    return [path for place in places for path in (sorted(place.rglob("*.py")) if place.is_dir() else [place])]
 
 
 @cache
 def render_hash() -> str:
-    """Return a hash of the source that a picture by our loop depends on, but for its criterion."""
+    """Return a hash of the source that a picture by our loop depends on, without its criterion."""
     return hash_of([*sources(*DECIDING, "study/methods.py"), *plugin_sources()])
 
 
 @cache
 def stock_hash() -> str:
-    """Return a hash of the source that a picture by plain ``mi.render`` depends on: how it is opened, and plugins."""
+    """Return a hash of the source that a picture by plain ``mi.render`` depends on: opening of scenes, and plugins."""
     return hash_of([*sources("scene", "study/methods.py"), *plugin_sources()])
 
 
 def criterion_hash(name: str) -> str:
-    """Return a hash of the file of a criterion, and of those beside it or among ours that it takes functions from."""
-    found: list[ModuleType] = []
+    """Return a hash of the file of a criterion, and of the files that its functions come from.
+
+    Of these, only files in its own package or among tracer's criteria count.
+    """
+    modules: list[ModuleType] = []
     waiting = [inspect.getmodule(criteria.get(name).importance)]
     while waiting:
         module = waiting.pop()
-        if module is None or module in found:
+        if module is None or module in modules:
             continue
-        found.append(module)
-        sources = {inspect.getmodule(one) for one in vars(module).values() if inspect.isfunction(one)}
-        folders = (module.__package__, criteria.__name__)
-        waiting += [one for one in sources if one is not None and one.__package__ in folders]
-    return hash_of(sorted(files_of(*found)))
+        modules.append(module)
+        origins = {inspect.getmodule(value) for value in vars(module).values() if inspect.isfunction(value)}
+        packages = (module.__package__, criteria.__name__)
+        waiting += [origin for origin in origins if origin is not None and origin.__package__ in packages]
+    return hash_of(sorted(files_of(*modules)))
 
 
 @cache
 def truth_hash() -> str:
     """Return a hash of the source that the measurements of an oracle depend on."""
-    own = sources("study/oracle_measurements.py", "study/uniform.py")
-    return hash_of([*own, *sources("sampling", "film", "scene", "session/render_loop.py"), *plugin_sources()])
+    measuring = sources("study/oracle_measurements.py", "study/uniform.py")
+    return hash_of([*measuring, *sources("sampling", "film", "scene", "session/render_loop.py"), *plugin_sources()])
 
 
 @cache

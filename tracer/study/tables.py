@@ -1,4 +1,4 @@
-"""Tables of a study as text: cells of rows, and Markdown."""
+"""Tables of a study as text: the rows cell by cell, and whole tables in Markdown."""
 
 from __future__ import annotations
 
@@ -31,12 +31,15 @@ HEADINGS = (
     "of oracle, samples",
     "of oracle, time",
 )
+"""Headings of the table of all rows, in the order of ``cells``."""
 CLOSE_MARK = "°"
+"""Marks numbers of cells that are too close to the reference."""
 UNPAIRED_MARK = "*"
+"""Marks a gain at equal time if some of its times were not measured next to the baseline's."""
 
 
 def bounds(value: Interval | None, digits: int = 2) -> str:
-    """Return an interval as text."""
+    """Return a value and its interval as text, for example "1.50 [1.40, 1.60]"; a dash for None."""
     if value is None:
         return "–"
     mean, low, high = (f"{number:.{digits}f}" for number in (value.mean, value.low, value.high))
@@ -44,12 +47,12 @@ def bounds(value: Interval | None, digits: int = 2) -> str:
 
 
 def percent(value: float | None, digits: int = 0) -> str:
-    """Return a share as text."""
+    """Return a share as text in percent; a dash for None."""
     return "–" if value is None else f"{100 * value:.{digits}f} %"
 
 
 def cells(row: Row) -> list[str]:
-    """Return a row as text, a cell a heading."""
+    """Return a row as text, one cell per heading."""
     scores = row.scores
     close = CLOSE_MARK if row.too_close else ""
     return [
@@ -75,20 +78,20 @@ def cells(row: Row) -> list[str]:
 
 
 def measured(plan: Plan) -> str:
-    """Return the name of the error that gains are of."""
+    """Return the name of the error that the gains of a study compare."""
     relative = all(method.objective in ("relative", "denoised") for method in plan.methods)
     return "relMSE" if relative else "error (each method's own)"
 
 
 def markdown_table(headings: Sequence[str], lines: Sequence[Sequence[str]], right_aligned: bool = False) -> str:
-    """Return a Markdown table; ``right_aligned``: all columns but the first."""
-    head, *rows = ("| " + " | ".join(cells) + " |" for cells in (headings, *lines))
+    """Return a Markdown table; ``right_aligned``: whether all columns but the first are aligned to the right."""
+    head, *rows = ("| " + " | ".join(texts) + " |" for texts in (headings, *lines))
     rule = "| --- |" + " ---: |" * (len(headings) - 1) if right_aligned else "|" + "---|" * len(headings)
     return "\n".join([head, rule, *rows]) + "\n"
 
 
 def markdown(results: Results) -> str:
-    """Return the gains by scene and budget, what they cost, references, failures, and the whole table."""
+    """Return the tables of a study: gains and seconds of every budget, references, failures, and all rows."""
     rows, means = results.tables()
     parts = []
     for budget in dict.fromkeys(row.budget for row in rows):
@@ -102,14 +105,14 @@ def markdown(results: Results) -> str:
 
 
 def gains(results: Results, rows: Sequence[Row], means: Sequence[Mean], budget: str) -> str:
-    """Return gains at one budget: a line a scene, a column a method, what the oracle could gain, and the means."""
+    """Return the gains at one budget: a line per scene and mean, a column per method, and the limit of each scene."""
     baseline = results.plan.compared_with
     methods = [method.name for method in results.plan.methods if method.name != baseline]
-    found = {(row.scene, row.method): row for row in rows if row.budget == budget}
+    row_of = {(row.scene, row.method): row for row in rows if row.budget == budget}
     lines = []
     for facts in results.scenes:
-        line = [found.get((facts.name, method)) for method in methods]
-        texts = [cells(row)[HEADINGS.index("gain, samples")] if row else "failed" for row in line]
+        scene_rows = [row_of.get((facts.name, method)) for method in methods]
+        texts = [cells(row)[HEADINGS.index("gain, samples")] if row else "failed" for row in scene_rows]
         lines.append([facts.name, *texts, f"{facts.limit:.2f}"])
     overall = {mean.method: mean for mean in means if mean.budget == budget}
     captions = {"gain_samples": "equal samples", "gain_trimmed": "equal samples, trimmed", "gain_time": "equal time"}
@@ -118,40 +121,40 @@ def gains(results: Results, rows: Sequence[Row], means: Sequence[Mean], budget: 
         lines.append([f"**geometric mean, {caption}**", *(f"**{value}**" for value in values), ""])
     for field, caption in (("oracle_share", "samples"), ("oracle_time_share", "time")):
         shares = [getattr(overall[method], field) if method in overall else None for method in methods]
-        if any(one is not None for one in shares):
+        if any(share is not None for share in shares):
             caption = f"**share of what an oracle gains, equal {caption}**"
-            lines.append([caption, *(f"**{percent(one)}**" for one in shares), ""])
+            lines.append([caption, *(f"**{percent(share)}**" for share in shares), ""])
     return markdown_table(
         [f"{budget}, {measured(results.plan)} of {baseline} over that of", *methods, "1 + CV²"], lines
     )
 
 
 def mean_text(mean: Mean | None, field: str, scenes: int) -> str:
-    """Return a mean over scenes as text, with their number if it is not all of them."""
+    """Return a mean over scenes as text, with the number of its scenes if it is less than ``scenes``."""
     if mean is None:
         return "–"
     return bounds(getattr(mean, field)) + ("" if mean.scenes == scenes else f" ({mean.scenes} of {scenes} scenes)")
 
 
 def seconds(rows: Sequence[Row]) -> str:
-    """Return seconds at one budget: a line a scene, a column a method; in brackets the share not spent drawing."""
+    """Return seconds at one budget: a line per scene, a column per method; in brackets the share not spent drawing."""
     methods = list(dict.fromkeys(row.method for row in rows))
-    found = {(row.scene, row.method): row for row in rows}
+    row_of = {(row.scene, row.method): row for row in rows}
     lines = []
     for scene in dict.fromkeys(row.scene for row in rows):
-        line = [found.get((scene, method)) for method in methods]
-        lines.append([scene, *(duration(row) if row else "failed" for row in line)])
+        scene_rows = [row_of.get((scene, method)) for method in methods]
+        lines.append([scene, *(duration(row) if row else "failed" for row in scene_rows)])
     return markdown_table(["seconds (share in which nothing is drawn)", *methods], lines)
 
 
 def duration(row: Row) -> str:
-    """Return the seconds of a row, with the share not spent drawing if there is any."""
+    """Return the seconds of a row as text, with the share not spent drawing if there is any."""
     idle = 1 - row.drawing
     return f"{row.seconds:.2f}" + (f" ({percent(idle)})" if idle > 0 else "")
 
 
 def references(results: Results) -> str:
-    """Return what references there were: samples, their own error, whether halves agree."""
+    """Return the table of references: their samples, their own error, and whether their halves agree."""
     lines = [
         [
             facts.name,
@@ -167,13 +170,16 @@ def references(results: Results) -> str:
 
 
 def failed(results: Results) -> str:
-    """Return what could not be rendered."""
-    lines = [[one.scene, one.method, one.budget, str(one.seed), one.message] for one in results.failures]
+    """Return the table of cells that could not be rendered, and why."""
+    lines = [
+        [failure.scene, failure.method, failure.budget, str(failure.seed), failure.message]
+        for failure in results.failures
+    ]
     return markdown_table(["scene", "method", "budget", "seed", "why"], lines)
 
 
 def legend(results: Results) -> str:
-    """Return what the columns mean."""
+    """Return the meaning of the columns and marks, as text below the table."""
     return (
         "relMSE: squared error over the reference's squared luminance + 0.01, mean over pixels; trimmed: without the "
         "0.1 % of the pixels that err most. PSNR and SSIM: as a screen shows it. FLIP: HDR-FLIP at the reference's "

@@ -1,4 +1,4 @@
-"""The same number of samples in every pixel, by our loop, with the statistics that it gathers."""
+"""A picture by our loop with the same number of samples in every pixel, and the statistics of these samples."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tracer.settings import make_settings
 
 
 def render_uniform(view: View, spp: int, seed: int) -> tuple[Result, Statistics]:
-    """Return a picture of ``spp`` samples a pixel, and the statistics of the samples of each pixel (grid)."""
+    """Return a picture of ``spp`` samples per pixel, and the statistics of each pixel of the film's grid."""
     settings = make_settings(spp=spp, seed=seed, criterion="uniform")
     request = Request(view, settings)
     with begun(request, view) as rendering:

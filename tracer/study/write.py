@@ -1,4 +1,4 @@
-"""What a study leaves in its folder: ``results.json``, ``results.csv``, ``results.md`` and ``index.html``."""
+"""Write the results of a study into its folder: ``results.json``, ``results.csv`` and ``results.md``."""
 
 from __future__ import annotations
 
@@ -21,13 +21,15 @@ from tracer.study.results import Results
 from tracer.study.tables import markdown
 
 PAGE = "index.html"
+"""File name of the page of a study."""
 RESULT_FILES = ("results.json", "results.csv", "results.md", PAGE)
+"""Names of the files of results in the folder of a study."""
 SCHEMA = 1
-"""Changed when a reader of ``results.json`` would have to change."""
+"""Version of the form of ``results.json``, changed when programs that read it would have to change."""
 
 
 def write_results(output: Path, results: Results) -> None:
-    """Write all files but the page."""
+    """Write all files of results but the page."""
     record = {**conditions(results), **numbers(results)}
     atomic.write_text(output / "results.json", json.dumps(finite(record), indent=1, allow_nan=False) + "\n")
     atomic.write_text(output / "results.csv", as_csv(results))
@@ -35,8 +37,8 @@ def write_results(output: Path, results: Results) -> None:
 
 
 def conditions(results: Results) -> dict[str, Any]:
-    """Return command, versions and the machines that the times are of."""
-    # Where a folder lies on one machine is of no use on another.
+    """Return the command, the versions, and the machines on which the pictures were made."""
+    # Absolute paths of this machine mean nothing on another.
     words = [os.path.relpath(word) if os.path.isabs(word) else word for word in sys.argv[1:]]
     command = " ".join(["tracer", *words])
     return {
@@ -45,12 +47,12 @@ def conditions(results: Results) -> dict[str, Any]:
         "mitsuba": mi.__version__,
         "variant": mi.variant(),
         "command": command,
-        "machines": sorted({one.took.machine for one in results.measurements}),
+        "machines": sorted({measurement.took.machine for measurement in results.measurements}),
     }
 
 
 def head(results: Results) -> str:
-    """Return one line that says what made the numbers."""
+    """Return the line at the head of ``results.md``: the command, the machines and the seeds."""
     made = conditions(results)
     plan = results.plan
     last = plan.first_seed + plan.seeds - 1
@@ -59,7 +61,7 @@ def head(results: Results) -> str:
 
 
 def numbers(results: Results) -> dict[str, Any]:
-    """Return everything that was measured as plain values."""
+    """Return the plan and everything that was measured, as values for JSON."""
     rows, means = results.tables()
     return {
         "study": results.plan.model_dump(exclude={"folder"}),
@@ -68,14 +70,14 @@ def numbers(results: Results) -> dict[str, Any]:
         "scenes": [asdict(facts) for facts in results.scenes],
         "means": [asdict(mean) for mean in means],
         "rows": [asdict(row) for row in rows],
-        "cells": [flat(one) for one in results.measurements],
-        "failures": [asdict(one) for one in results.failures],
+        "cells": [flat(measurement) for measurement in results.measurements],
+        "failures": [asdict(failure) for failure in results.failures],
     }
 
 
-def flat(one: Measurement) -> dict[str, Any]:
-    """Return a measurement as one level of names and values."""
-    cell, took = one.cell, one.took
+def flat(measurement: Measurement) -> dict[str, Any]:
+    """Return a measurement as a dictionary without nesting."""
+    cell, took = measurement.cell, measurement.took
     return {
         "scene": cell.scene,
         "method": cell.method,
@@ -87,14 +89,14 @@ def flat(one: Measurement) -> dict[str, Any]:
         "seconds_drawing": took.seconds_drawing,
         "run": took.run,
         "machine": took.machine,
-        **{name: getattr(one.scores, name) for name in SCORES},
-        "too_close": one.too_close,
+        **{name: getattr(measurement.scores, name) for name in SCORES},
+        "too_close": measurement.too_close,
     }
 
 
 def as_csv(results: Results) -> str:
-    """Return a line a cell."""
-    lines = [flat(one) for one in results.measurements]
+    """Return CSV with a line per cell, below a line of column names."""
+    lines = [flat(measurement) for measurement in results.measurements]
     text = io.StringIO()
     if lines:
         writer = csv.DictWriter(text, list(lines[0]), lineterminator="\n")
@@ -104,7 +106,7 @@ def as_csv(results: Results) -> str:
 
 
 def finite(value: Any) -> Any:
-    """Return nested lists and dictionaries with None for numbers that JSON does not know."""
+    """Return nested lists and dictionaries with None in place of infinities and NaN, which JSON does not have."""
     if isinstance(value, dict):
         return {name: finite(entry) for name, entry in value.items()}
     if isinstance(value, list | tuple):

@@ -24,9 +24,9 @@ from tracer.study.tables import HEADINGS, bounds, cells, legend
 from tracer.study.write import conditions, finite
 
 MOST_BYTES = 36 * 2**20
-"""Of all pictures together: above it they are made smaller."""
+"""Most bytes of all encoded pictures of a page together; pictures are made smaller until they fit."""
 TOP_SHARE = 0.99
-"""Share of the baseline's pixels whose error the colours of the error maps can tell apart."""
+"""Share of the baseline's pixels whose error is below the top of the scale of colours of the error maps."""
 
 
 def require_template_engine() -> Any:
@@ -35,7 +35,7 @@ def require_template_engine() -> Any:
 
 
 def build_page(results: Results, pictures: Sequence[ScenePictures]) -> str:
-    """Return the page."""
+    """Return the text of the page."""
     jinja2 = require_template_engine()
     folder = files("tracer.study.page")
     environment = jinja2.Environment(
@@ -63,9 +63,9 @@ def build_page(results: Results, pictures: Sequence[ScenePictures]) -> str:
                 "ratio": closeness(facts, rows),
                 "too_close": [row for row in rows if row.scene == facts.name and row.too_close],
                 "plot": convergence([row for row in rows if row.scene == facts.name], facts.name),
-                "strip": strip(results, one),
+                "strip": strip(results, scene_pictures),
             }
-            for facts, one, shown in zip(results.scenes, pictures, scenes, strict=True)
+            for facts, scene_pictures, shown in zip(results.scenes, pictures, scenes, strict=True)
         ],
         failures=results.failures,
         data=json.dumps(finite({"scenes": scenes, "colours": colours()})),
@@ -74,82 +74,88 @@ def build_page(results: Results, pictures: Sequence[ScenePictures]) -> str:
 
 
 def closeness(facts: SceneFacts, rows: Sequence[Row]) -> float:
-    """Return how many times the reference's error (RMS) fits into the smallest mean error on its scene."""
+    """Return the smallest mean error of any row of a scene over the error of its reference (both RMS, in relMSE)."""
     smallest = min(row.scores.relative_mse for row in rows if row.scene == facts.name)
     return float(np.sqrt(smallest / max(facts.reference_relative_mse, 1e-30)))
 
 
 def sort_keys(row: Row) -> list[str | float]:
-    """Return what each cell of a row is sorted by: numbers, best estimates without their intervals, and names."""
+    """Return what the table is sorted by, for each cell of a row: a name, or a number without its interval."""
     scores = row.scores
-    gains = [np.nan if one is None else one.mean for one in (row.gain_samples, row.gain_trimmed, row.gain_time)]
-    shares = [np.nan if one is None else one for one in (row.oracle_share, row.oracle_time_share)]
+    gains = [np.nan if gain is None else gain.mean for gain in (row.gain_samples, row.gain_trimmed, row.gain_time)]
+    shares = [np.nan if share is None else share for share in (row.oracle_share, row.oracle_time_share)]
     budget = float(row.budget.split()[0])
     errors = [scores.relative_mse, scores.relative_mse_trimmed, scores.mse, scores.psnr, scores.ssim, scores.flip]
     return [row.scene, budget, row.method, *errors, scores.bias, row.spp, row.seconds, row.drawing, *gains, *shares]
 
 
 def fit(results: Results, pictures: Sequence[ScenePictures]) -> tuple[dict[str, str], list[dict[str, Any]]]:
-    """Return the encoded pictures by name and what the viewer knows of each scene, within MOST_BYTES."""
-    asked = results.plan.page_size
-    factors = [1 if asked is None else -(-facts.width // asked) for facts in results.scenes]
+    """Return the encoded pictures by name, within MOST_BYTES, and what the viewer needs to know of each scene."""
+    page_size = results.plan.page_size
+    factors = [1 if page_size is None else -(-facts.width // page_size) for facts in results.scenes]
     while True:
         blocks: dict[str, str] = {}
         scenes = [
-            encode_scene(one, facts, factor, blocks)
-            for one, facts, factor in zip(pictures, results.scenes, factors, strict=True)
+            encode_scene(scene_pictures, facts, factor, blocks)
+            for scene_pictures, facts, factor in zip(pictures, results.scenes, factors, strict=True)
         ]
         if sum(map(len, blocks.values())) <= MOST_BYTES:
             return blocks, scenes
         factors = [factor + 1 for factor in factors]
 
 
-def encode_scene(one: ScenePictures, facts: SceneFacts, factor: int, blocks: dict[str, str]) -> dict[str, Any]:
-    """Add the pictures of a scene to ``blocks`` and return what the viewer knows of it."""
+def encode_scene(pictures: ScenePictures, facts: SceneFacts, factor: int, blocks: dict[str, str]) -> dict[str, Any]:
+    """Add the pictures of a scene to ``blocks`` and return what the viewer needs to know of the scene.
+
+    ``factor``: pixels along the side of the squares that are averaged.
+    """
 
     def block(text: str) -> str:
         name = f"block{len(blocks)}"
         blocks[name] = text
         return name
 
-    truth = reduce(one.reference, factor)
+    truth = reduce(pictures.reference, factor)
     methods = []
-    for shown in one.shown:
+    for shown in pictures.shown:
         counts = shown.counts
-        even = counts.min() == counts.max()
+        uniform = counts.min() == counts.max()
         methods.append(
             {
                 "name": shown.method,
                 "image": block(encode_picture(reduce(shown.image, factor))),
-                "counts": float(counts.flat[0]) if even else block(encode_counts(np.rint(reduce(counts, factor)))),
+                "counts": float(counts.flat[0]) if uniform else block(encode_counts(np.rint(reduce(counts, factor)))),
                 "score": f"relMSE {shown.relative_mse:.3g}",
             }
         )
-    error = relative_error(reduce(one.shown[0].image, factor), truth)
+    error = relative_error(reduce(pictures.shown[0].image, factor), truth)
     return {
         "name": facts.name,
         "width": truth.shape[1],
         "height": truth.shape[0],
         "factor": factor,
-        "caption": f"{one.budget}, seed {one.seed}",
+        "caption": f"{pictures.budget}, seed {pictures.seed}",
         "reference": block(encode_picture(truth)),
         "methods": methods,
         "errorTop": float(max(np.quantile(error, TOP_SHARE), 1e-6)),
-        "countRange": [float(min(s.counts.min() for s in one.shown)), float(max(s.counts.max() for s in one.shown))],
+        "countRange": [
+            float(min(shown.counts.min() for shown in pictures.shown)),
+            float(max(shown.counts.max() for shown in pictures.shown)),
+        ],
     }
 
 
-def strip(results: Results, one: ScenePictures) -> str:
-    """Return pictures and errors of the baseline and the first adaptive method, for print, as the text of an image."""
-    other = next((shown for shown in one.shown[1:] if np.ptp(shown.counts) > 0), one.shown[-1])
-    pair: list[Shown] = [one.shown[0], other]
-    errors = [relative_error(shown.image, one.reference) for shown in pair]
+def strip(results: Results, pictures: ScenePictures) -> str:
+    """Return pictures and errors of the baseline and the first adaptive method, for print, as the URL of an image."""
+    adaptive = next((shown for shown in pictures.shown[1:] if np.ptp(shown.counts) > 0), pictures.shown[-1])
+    pair: list[Shown] = [pictures.shown[0], adaptive]
+    errors = [relative_error(shown.image, pictures.reference) for shown in pair]
     panels: list[tuple[str, NDArray, bool]] = [(shown.method, shown.image, False) for shown in pair]
     panels += [(f"relative error, {shown.method}", error, False) for shown, error in zip(pair, errors, strict=True)]
-    if np.ptp(other.counts) > 0:
-        panels.append((f"samples per pixel, {other.method}", other.counts, True))
+    if np.ptp(adaptive.counts) > 0:
+        panels.append((f"samples per pixel, {adaptive.method}", adaptive.counts, True))
     file = io.BytesIO()
-    write_panels(file, panels, f"{one.name}, {one.budget}", float(np.quantile(errors[0], TOP_SHARE)), "webp")
+    write_panels(file, panels, f"{pictures.name}, {pictures.budget}", float(np.quantile(errors[0], TOP_SHARE)), "webp")
     return "data:image/webp;base64," + base64.b64encode(file.getvalue()).decode("ascii")
 
 

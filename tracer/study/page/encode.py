@@ -1,4 +1,4 @@
-"""Pictures as text in a page: half floats, so that exposure can be chosen there, and whole numbers."""
+"""Pictures as text in a page: as half floats, so that a reader can choose the exposure, and as whole numbers."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 LARGEST = 65504.0
-"""Largest half float."""
+"""Largest number that a half float can hold."""
 
 
 def encode_picture(image: ArrayLike) -> str:
-    """Return linear values (H, W, 3) as text: channel by channel, half floats as ``encode_words`` keeps them."""
+    """Return linear values (H, W, 3) as text: channel by channel, as half floats, encoded by ``encode_words``."""
     values = np.clip(np.nan_to_num(np.asarray(image, np.float32)), -LARGEST, LARGEST).astype(np.float16)
     return encode_words(np.moveaxis(values, -1, 0).view(np.uint16))
 
@@ -31,7 +31,7 @@ def encode_words(words: NDArray[np.uint16]) -> str:
 
 
 def reduce(values: NDArray, factor: int) -> NDArray:
-    """Return ``values`` (H, W, ...) averaged over squares of ``factor`` pixels a side; a rest at the edges is cut."""
+    """Return ``values`` (H, W, ...) averaged over ``factor`` x ``factor`` pixels; a rest at the edges is cut."""
     factor = min(factor, *values.shape[:2])
     if factor == 1:
         return values

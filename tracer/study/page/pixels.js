@@ -15,7 +15,7 @@ const halfTable = (() => {
 
 const colourTable = Uint8Array.from(study.colours.match(/../g), (pair) => parseInt(pair, 16));
 
-/** Return the 16-bit words (channels x height x width) of a block: see encode.py. */
+/** Return the 16-bit words (channels x height x width) of a block that encode.py made. */
 async function decodeWords(name, channels, width, height) {
   const bytes = Uint8Array.from(atob(document.getElementById(name).textContent), (letter) => letter.charCodeAt(0));
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
@@ -28,7 +28,7 @@ async function decodeWords(name, channels, width, height) {
   return words;
 }
 
-/** Return linear values, pixel by pixel, three a pixel. */
+/** Return the linear values of a picture, three per pixel. */
 async function decodePicture(name, width, height) {
   const words = await decodeWords(name, 3, width, height), pixels = width * height;
   const values = new Float32Array(3 * pixels);
@@ -37,7 +37,7 @@ async function decodePicture(name, width, height) {
   return values;
 }
 
-/** Return samples per pixel; a number stands for the same everywhere. */
+/** Return the samples of every pixel; `counts` is the name of a block, or a number that holds for all pixels. */
 async function decodeCounts(counts, width, height) {
   return typeof counts === "number" ? new Float32Array(width * height).fill(counts) : decodeWords(counts, 1, width, height);
 }

@@ -10,7 +10,7 @@ from typing import Any
 from tracer.study.records import Row
 
 INK = "#010203"
-"""Stands for the text colour of the page, which replaces it."""
+"""Colour that stands for the text colour of the page and is replaced by it."""
 
 
 def convergence(rows: Sequence[Row], scene: str) -> str:
@@ -34,9 +34,9 @@ def convergence(rows: Sequence[Row], scene: str) -> str:
         FigureCanvasSVG(figure)
         left, right = figure.subplots(1, 2, sharey=True)
         for k, method in enumerate(dict.fromkeys(row.method for row in rows)):
-            own = [row for row in rows if row.method == method]
-            for axes, across in ((left, "spp"), (right, "seconds")):
-                points = sorted((getattr(row, across), row.scores.relative_mse) for row in own)
+            method_rows = [row for row in rows if row.method == method]
+            for axes, quantity in ((left, "spp"), (right, "seconds")):
+                points = sorted((getattr(row, quantity), row.scores.relative_mse) for row in method_rows)
                 colour, marker = f"C{k}", "osD^vPX*"[k % 8]
                 axes.plot(*zip(*points, strict=True), marker=marker, color=colour, ms=5, lw=1.4, label=method)
         for axes, label in ((left, "samples per pixel"), (right, "seconds")):
@@ -59,7 +59,7 @@ def convergence(rows: Sequence[Row], scene: str) -> str:
 
 
 def tidy(axis: Any, places: Sequence[float] = ()) -> None:
-    """Write plain numbers at ``places``, or at 1, 2, 5, 10 and so on, and nothing between them."""
+    """Label an axis with plain numbers at ``places``, or else at 1, 2, 5, 10 and so on, without minor labels."""
     from matplotlib.ticker import FixedLocator, LogLocator, NullFormatter, NullLocator, ScalarFormatter
 
     axis.set_major_locator(FixedLocator(sorted(set(places))) if places else LogLocator(subs=(1.0, 2.0, 5.0)))

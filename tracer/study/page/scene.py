@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Shown:
-    """A picture by one method."""
+    """A picture by a method."""
 
     method: str
     image: NDArray[np.float32]
@@ -18,6 +18,7 @@ class Shown:
     counts: NDArray[np.float32]
     """(H, W): samples per pixel."""
     relative_mse: float
+    """Score of the picture."""
 
 
 @dataclass(frozen=True)
@@ -30,4 +31,4 @@ class ScenePictures:
     reference: NDArray[np.float64]
     """(H, W, 3), linear sRGB."""
     shown: list[Shown]
-    """The baseline first."""
+    """Pictures by all methods, the baseline first."""

@@ -1,11 +1,11 @@
 "use strict";
-// Tables that sort by a click on a heading: numbers by value, names by letter; what is unknown comes last.
+// Tables that are sorted by a click on a heading: numbers by value, names by letter; unknown values come last.
 
 function sortRows(table, column, direction) {
   const body = table.tBodies[0];
   const key = (row) => row.cells[column].dataset.key ?? row.cells[column].textContent;
-  const compare = (one, other) => {
-    const [a, b] = [key(one), key(other)], [x, y] = [Number(a), Number(b)];
+  const compare = (first, second) => {
+    const [a, b] = [key(first), key(second)], [x, y] = [Number(a), Number(b)];
     if (a === "nan" || b === "nan") return (a === "nan") - (b === "nan");
     return direction * (Number.isNaN(x) || Number.isNaN(y) ? a.localeCompare(b) : x - y);
   };
@@ -19,7 +19,7 @@ for (const table of document.querySelectorAll("table.sortable")) {
     heading.replaceChildren(sorter);
     sorter.addEventListener("click", () => {
       const ascending = heading.getAttribute("aria-sort") !== "ascending";
-      headings.forEach((other) => other.removeAttribute("aria-sort"));
+      headings.forEach((sibling) => sibling.removeAttribute("aria-sort"));
       heading.setAttribute("aria-sort", ascending ? "ascending" : "descending");
       sortRows(table, column, ascending ? 1 : -1);
     });

@@ -1,5 +1,5 @@
 "use strict";
-// The viewer: which pictures are shown, where one looks, and what the pointer is on. All panes share one place and zoom.
+// The viewer: which pictures are shown, which part of them, and the values under the pointer. All panes show the same part.
 
 const REFERENCE = -1;
 const byId = (name) => document.getElementById(name);
@@ -10,25 +10,25 @@ let panes = [];
 const scene = () => study.scenes[state.scene];
 const nameOf = (method) => (method === REFERENCE ? "reference" : scene().methods[method].name);
 
-/** Return the numbers of a scene, decoded when first asked for. */
+/** Return the decoded pictures of a scene, or a promise of them while they are being decoded. */
 function load(index) {
   if (!loaded.has(index)) {
     const { width, height, reference, methods } = study.scenes[index];
     loaded.set(index, Promise.all([
       decodePicture(reference, width, height),
-      ...methods.map((one) => decodePicture(one.image, width, height)),
-      ...methods.map((one) => decodeCounts(one.counts, width, height)),
+      ...methods.map((entry) => decodePicture(entry.image, width, height)),
+      ...methods.map((entry) => decodeCounts(entry.counts, width, height)),
     ]).then(([truth, ...rest]) => {
       const images = rest.slice(0, methods.length);
-      const found = { truth, images, counts: rest.slice(methods.length), errors: images.map((image) => relativeError(image, truth)), painted: new Map() };
-      loaded.set(index, found);
-      return found;
+      const data = { truth, images, counts: rest.slice(methods.length), errors: images.map((image) => relativeError(image, truth)), painted: new Map() };
+      loaded.set(index, data);
+      return data;
     }));
   }
   return loaded.get(index);
 }
 
-/** Return a canvas with what a method shows in the present layer. The reference has neither error nor counts. */
+/** Return a canvas with the present layer of a method, or with the picture of the reference, which has no other layer. */
 function painted(data, method) {
   const layer = method === REFERENCE ? "picture" : state.layer;
   const key = `${method} ${layer} ${layer === "picture" ? state.stops : ""}`;
@@ -50,7 +50,7 @@ function logarithmic(count, least, most) {
   return most > least ? Math.log2(Math.max(count, 1) / Math.max(least, 1)) / Math.log2(most / Math.max(least, 1)) : 0.5;
 }
 
-/** Return which methods have a pane. */
+/** Return the methods that have a pane in the present arrangement. */
 function shownMethods() {
   return state.mode === "side" ? [REFERENCE, ...scene().methods.keys()] : [state.method];
 }
@@ -74,7 +74,7 @@ function makePane() {
   return element;
 }
 
-/** Draw everything; what is not decoded yet is drawn when it is. */
+/** Draw everything, once the scene is decoded. */
 async function draw() {
   const index = state.scene, data = await load(index);
   if (index !== state.scene) return;
@@ -126,7 +126,7 @@ function caption(method) {
   return `${nameOf(method)}${made} · ${scene().methods[method].score}${layer}`;
 }
 
-/** Return where the picture lies on a canvas: left and top edge, and screen pixels a picture pixel. */
+/** Return where the picture lies on a canvas: left and top edge, and screen pixels per picture pixel. */
 function placement(canvas) {
   const { width, height } = scene();
   const scale = Math.min(canvas.width / width, canvas.height / height) * state.zoom;
@@ -232,7 +232,7 @@ function showScale() {
   const text = state.layer === "error"
     ? parts.map((part) => (100 * errorTop * part).toPrecision(2) + " %")
     : parts.map((part) => String(Math.round(Math.max(least, 1) * (most / Math.max(least, 1)) ** part)));
-  byId("scale-ticks").replaceChildren(...text.map((one) => Object.assign(document.createElement("span"), { textContent: one })));
+  byId("scale-ticks").replaceChildren(...text.map((label) => Object.assign(document.createElement("span"), { textContent: label })));
 }
 
 function showControls() {
@@ -256,7 +256,7 @@ function button(text, title, data, action) {
 }
 
 function buildMethods() {
-  const names = scene().methods.map((one) => one.name);
+  const names = scene().methods.map((entry) => entry.name);
   const buttons = names.map((name, k) => button(name, k < 9 ? `${k + 1}` : "", { method: k }, () => { state.method = k; }));
   const focused = document.activeElement.dataset.method;
   byId("methods").replaceChildren(...buttons, button("reference", "R", { method: REFERENCE }, () => { state.method = REFERENCE; }));
@@ -297,10 +297,10 @@ document.addEventListener("keydown", (event) => {
 
 function start() {
   if (!study.scenes.length) return;
-  byId("scenes").replaceChildren(...study.scenes.map((one, k) => button(one.name, "[ ]", {}, () => goToScene(k))));
+  byId("scenes").replaceChildren(...study.scenes.map((entry, k) => button(entry.name, "[ ]", {}, () => goToScene(k))));
   buildMethods();
-  for (const one of byId("layers").children) one.addEventListener("click", () => { state.layer = one.dataset.layer; draw(); });
-  for (const one of byId("modes").children) one.addEventListener("click", () => { state.mode = one.dataset.mode; draw(); });
+  for (const element of byId("layers").children) element.addEventListener("click", () => { state.layer = element.dataset.layer; draw(); });
+  for (const element of byId("modes").children) element.addEventListener("click", () => { state.mode = element.dataset.mode; draw(); });
   byId("exposure").addEventListener("input", (event) => { expose(Number(event.target.value)); draw(); });
   byId("wipe").addEventListener("input", (event) => { state.wipe = Number(event.target.value); draw(); });
   byId("against").addEventListener("change", (event) => { state.against = Number(event.target.value); draw(); });
