@@ -1,4 +1,4 @@
-"""Types of arrays in NumPy, by what they hold."""
+"""Types of NumPy arrays, named after what they hold, and an even choice of pixels."""
 
 from __future__ import annotations
 
@@ -15,6 +15,6 @@ Mask = NDArray[np.bool_]
 def spread_out(size: int, count: int) -> slice:
     """Return the slice that picks about ``count`` of the ``size`` pixels of a picture, evenly spread.
 
-    Its step is odd: an even one might see a few columns of the picture only.
+    Its step is odd, because an even step may pick pixels from a few columns of the picture only.
     """
     return slice(None, None, (size // count) | 1)
