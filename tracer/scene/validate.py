@@ -1,4 +1,4 @@
-"""Check what Mitsuba does not check of a scene, and would read memory that is not its own for."""
+"""Check what Mitsuba does not check of a scene, although it would crash or read memory that is not its own."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tracer.errors import SceneError
 
 
 def require_sources(what: str, state: Any) -> None:
-    """Raise SceneError for a bitmap, not yet made into an object, that does not say which. Mitsuba crashes over it."""
+    """Raise SceneError for a bitmap of a parsed scene that names no picture: Mitsuba crashes over it."""
     for node in state.nodes:
         if node.props.plugin_name() == "bitmap" and not any(
             name in node.props for name in ("filename", "bitmap", "data")
@@ -19,7 +19,7 @@ def require_sources(what: str, state: Any) -> None:
 
 
 def require_faces(what: str, scene: Any) -> None:
-    """Raise SceneError for a mesh with faces between vertices that it does not have."""
+    """Raise SceneError for a mesh whose faces use vertices that it does not have."""
     if scene.class_name() != "Scene":
         return
     for shape in scene.shapes():
