@@ -1,6 +1,7 @@
 """Find out what is wrong with a mesh file that Mitsuba does not load.
 
-Mitsuba's own messages name bytes and registers instead. A file is examined only after Mitsuba has refused it, and only up to its first defect.
+Mitsuba's own messages name bytes and registers instead. A file is examined only after Mitsuba has refused it, and only
+up to its first defect.
 """
 
 from __future__ import annotations

@@ -32,7 +32,7 @@ class Element:
     name: str
     count: int
     properties: list[list[str]]
-    """Words of the header for each property: type and name, or "list", type of the length, type of the entries, name."""
+    """Words of the header for each property: type and name; or "list", types of its length and its entries, and name."""
 
     @property
     def scalars(self) -> str | None:
@@ -105,8 +105,8 @@ def ply_header(text: str) -> tuple[str | None, list[Element]]:
 
 
 Take = Callable[[str, int], Any]
-"""Function of a ``struct`` format and a number of times: it reads that much of a file, and returns the last number read,
-from a file in text as it is written."""
+"""Function of a ``struct`` format and a number of times: reads that much of a file, and returns the last number that it
+read, from a file in text as it is written."""
 
 
 def tokens(body: bytes) -> Take:

@@ -186,7 +186,7 @@ def require_variant(what: str, thing: Any) -> Any:
 
 
 def require_pixels(view: View) -> None:
-    """Raise SettingsError for a picture with no pixels or with more than MOST_PIXELS: its film would end the process."""
+    """Raise SettingsError for a picture of no pixels or of more than MOST_PIXELS: its film would end the process."""
     height, width = view.size
     if not 0 < view.pixel_count <= MOST_PIXELS:
         raise SettingsError(
