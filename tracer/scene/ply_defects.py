@@ -32,7 +32,7 @@ class Element:
     name: str
     count: int
     properties: list[list[str]]
-    """Words of the header for each property: type and name; or "list", types of its length and its entries, and name."""
+    """Words of the header for each property: type and name; or "list", types of length and entries, and name."""
 
     @property
     def scalars(self) -> str | None:
