@@ -140,10 +140,8 @@ class Recorded:
             sampler = sampler.fork()
             sampler.seed_samples(seed, pixel, index)
             if isinstance(scale_or_shot, tuple):
-                sampler.dimension, shot = (
-                    mi.UInt32(scale_or_shot[0]),
-                    scale_or_shot[1:],
-                )  # a copy, as loops change it in place
+                # The dimension is copied, as loops change it in place.
+                sampler.dimension, shot = mi.UInt32(scale_or_shot[0]), scale_or_shot[1:]
             else:
                 shot = shoot(view, sampler, pixel, scale_or_shot)
             samples = follow(view, sampler, shot, index, moments)

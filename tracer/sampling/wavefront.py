@@ -30,7 +30,7 @@ of each."""
 
 @dataclass(frozen=True)
 class Window:
-    """The part of a line that a pass traces. Lanes ``begin[k]`` to ``end[k]`` - 1 belong to pixel ``first_pixel`` + k."""
+    """Part of a line that a pass traces. Lanes ``begin[k]`` to ``end[k]`` - 1 belong to pixel ``first_pixel`` + k."""
 
     first_pixel: int
     """Counted from the first pixel of the estimate. The window may begin before it, and end after the last pixel."""
@@ -85,7 +85,7 @@ class Stretch:
         return self.before.nbytes + self.after.nbytes
 
     def part(self, first: int, size: int) -> Stretch:
-        """Return all packets with samples of ``size`` pixels from ``first`` on, with their neighbours' samples in them."""
+        """Return all packets with samples of ``size`` pixels from ``first`` on; neighbours may have samples in them."""
         first -= self.first_pixel
         ends = self.ends
         start = floor(ends[first - 1] if first else 0)
@@ -153,15 +153,15 @@ def whole_packets(
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return (first lane, one past the last) of each pixel to trace, so that whole packets hold the needed lanes.
 
-    All arrays are (P,). Each pixel has the lanes ``begins`` to ``ends`` - 1 and needs those from ``first_needed`` on. Lanes
-    between two needed ones of a packet are traced, too.
+    All arrays are (P,). Each pixel has the lanes ``begins`` to ``ends`` - 1 and needs those from ``first_needed`` on.
+    Lanes between two needed ones of a packet are traced, too.
     """
     if np.array_equal(begins, first_needed):
         return begins, ends
     needed = first_needed < ends
     reach_down = np.where(needed, floor(first_needed), ends[-1] + PACKET)
     reach_up = np.where(needed, ceil(ends), 0)
-    # How far packets of needed samples reach into a pixel: those of itself and of pixels after it, and of pixels before.
+    # How far packets of needed samples reach into a pixel: of the pixel itself and those after it, and of those before.
     from_after = np.minimum.accumulate(reach_down[::-1])[::-1]
     from_before = np.concatenate([[0], np.maximum.accumulate(reach_up)[:-1]])
     low = np.where(from_before > begins, begins, np.clip(from_after, begins, ends))
