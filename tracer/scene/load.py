@@ -69,7 +69,7 @@ def require_scene(source: Any, loaded: Any) -> Any:
 def load(source: Any, sampler: str | None = None, define: dict[str, str] | None = None) -> Any:
     """Return the ``mi.Scene`` of a path or dictionary; an object is passed through. Raises SceneError.
 
-    Unlike in ``mi.load_file``, meshes of one material are not merged by default, so that shapes can be told apart. This
+    Meshes of one material are not merged, unlike by default in ``mi.load_file``, so that shapes can be told apart. This
     renders as fast, but the picture may differ where faces of two meshes lie in one plane. ``sampler`` names a plugin
     that takes the place of every sampler of the scene and keeps its sample count. ``define``: values of the
     $parameters of a file.
