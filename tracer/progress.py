@@ -96,8 +96,8 @@ class Course:
         by_samples = done / self.expected(done, goal)
         if self.needed:
             by_samples = min(by_samples, 0.5 * (1.0 + self.measured_at / self.needed))
-        now = max(by_samples, done / self.total, self.clock.share_over())
-        self.largest = max(self.largest, min(now, MOST_UNFINISHED))
+        present = max(by_samples, done / self.total, self.clock.share_over())
+        self.largest = max(self.largest, min(present, MOST_UNFINISHED))
         return self.largest
 
     def seconds_left(self, done: int, goal: int) -> float | None:

@@ -86,10 +86,10 @@ class NoiseMeter:
             return
         if self.image is not None and self.count is not None:
             moved = self.some(errors(frame, settings, image, image - self.image))
-            now, earlier = (
+            present_count, earlier_count = (
                 uniform_filter(counts.astype(np.float64), 3, mode="nearest") for counts in (count, self.count)
             )
-            growth = np.maximum(now / np.maximum(earlier, 1e-9) - 1.0, 0.0)
+            growth = np.maximum(present_count / np.maximum(earlier_count, 1e-9) - 1.0, 0.0)
             expected = self.some(errors(frame, settings, image, stderr * np.sqrt(growth)[..., None]))
             predicted = bound(expected, settings.noise_share)
             factor = float(np.quantile(moved, settings.noise_share)) / predicted if predicted > 0 else 1.0

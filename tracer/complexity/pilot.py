@@ -191,8 +191,8 @@ def pilot_rays(view: View, sampler: Any, seed: int, rays: int, block: int, top: 
     )
     row = dr.minimum(group_row * side + row_in_block, last_row)
     column = dr.minimum(group_column * side + column_in_block, last_column)
-    first = dr.opaque(mi.UInt32, top * columns * block * block)
-    sampler.seed_samples(mix(mix(mi.UInt32(seed)) ^ PILOT_KEY), first + divide(lane, rays)[0], ray_index)
+    first_pixel = dr.opaque(mi.UInt32, top * columns * block * block)
+    sampler.seed_samples(mix(mix(mi.UInt32(seed)) ^ PILOT_KEY), first_pixel + divide(lane, rays)[0], ray_index)
     return camera_ray(view, sampler, row, column)[0]
 
 

@@ -47,16 +47,16 @@ SMALLEST = 1e-6
 @criterion("fused", needs_radiance=True, spends="deviation")
 def fused(evidence: Evidence) -> Floats:
     """Return the root of the predicted squared error (H, W), weighted by the objective."""
-    known, before, memory = evidence.statistics, evidence.before, evidence.memory
-    assert known is not None
+    statistics, before, memory = evidence.statistics, evidence.before, evidence.memory
+    assert statistics is not None
     weight = evidence.weight_before
     if before is None or weight is None:
-        return first_guess(known, evidence)
+        return first_guess(statistics, evidence)
     edges = memory.get("edges") or smooth_gini(evidence.complexity)
     past = memory.get("predictors") or predictors(before, weight, evidence.colour_channels, edges)
-    present = predictors(known, evidence.weight, evidence.colour_channels, edges)
+    present = predictors(statistics, evidence.weight, evidence.colour_channels, edges)
     memory.update(edges=edges, predictors=present)
-    observed, valid = error_of_means(before, known, weight, evidence.colour_channels)
+    observed, valid = error_of_means(before, statistics, weight, evidence.colour_channels)
     chosen = np.flatnonzero(valid)[spread_out(valid.size, FIT_PIXELS)]
     columns = np.stack([column.ravel()[chosen] for column in past], axis=-1).astype(np.float64)
     errors = observed.ravel()[chosen]
@@ -66,27 +66,29 @@ def fused(evidence: Evidence) -> Floats:
     return np.sqrt(np.maximum(predicted, SMALLEST * predicted.mean()))
 
 
-def first_guess(known: Statistics, evidence: Evidence) -> Floats:
+def first_guess(statistics: Statistics, evidence: Evidence) -> Floats:
     """Return a standard deviation (H, W) for rounds without anything to fit: that of a pixel and its neighbours."""
-    variance = channel_mean(known.variance, evidence.colour_channels) * evidence.weight.astype(np.float32)
+    variance = channel_mean(statistics.variance, evidence.colour_channels) * evidence.weight.astype(np.float32)
     deviation = np.sqrt(np.maximum(gaussian_filter(variance, FINE[-1], mode="nearest"), 0))
     return (deviation + GUESS_FLOOR * deviation.mean()).astype(np.float64)
 
 
 def error_of_means(
-    before: Statistics, known: Statistics, weight: Floats, channels: int
+    before: Statistics, statistics: Statistics, weight: Floats, channels: int
 ) -> tuple[Floats, NDArray[np.bool_]]:
     """Return (m_2 - m_1)^2 / (1/n_1 + 1/n_2), weighted and averaged over colour channels, and where it is known.
 
     m_1 is the mean of the n_1 samples before the last round, and m_2 the mean of the n_2 samples of that round. For
     independent samples the expectation is the variance of one sample.
     """
-    first, total = before.count.astype(np.float32), known.count.astype(np.float32)
-    second = total - first
-    valid = (first > 0) & (second > 0)
+    first_count, total_count = before.count.astype(np.float32), statistics.count.astype(np.float32)
+    second_count = total_count - first_count
+    valid = (first_count > 0) & (second_count > 0)
     # m_2 - m_1 from the mean m of all n samples: (m - m_1) n / n_2
-    squared = channel_mean((known.mean - before.mean) ** 2, channels) * (total / np.maximum(second, 1)) ** 2
-    per_sample = squared * first * second / np.maximum(total, 1)
+    squared = (
+        channel_mean((statistics.mean - before.mean) ** 2, channels) * (total_count / np.maximum(second_count, 1)) ** 2
+    )
+    per_sample = squared * first_count * second_count / np.maximum(total_count, 1)
     return np.where(valid, per_sample * weight, 0.0), valid
 
 

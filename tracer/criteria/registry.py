@@ -125,9 +125,9 @@ def name_of(criterion: Any) -> Any:
     if not callable(criterion):
         return criterion
     import_all()
-    known = next((name for name, entry in registered.items() if entry.importance is criterion), None)
-    if known is not None:
-        return known
+    registered_name = next((name for name, entry in registered.items() if entry.importance is criterion), None)
+    if registered_name is not None:
+        return registered_name
     name = f"function {getattr(criterion, '__qualname__', type(criterion).__qualname__)}"
     functions[name] = Criterion(name, checked(name, criterion), needs_radiance=True, spends="share")
     return name

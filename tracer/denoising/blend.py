@@ -61,29 +61,30 @@ class Errors:
 def errors_of(
     clean: NDArray,
     stderr: NDArray,
-    own: NDArray,
+    own_squares: NDArray,
     scale: float | None,
     certain: NDArray | None = None,
     telling: NDArray | None = None,
 ) -> Errors:
     """Return what is known of the errors of a picture whose brightness is about that of ``clean`` (H, W, 3).
 
-    ``stderr`` (H, W, 3): its standard errors; ``own`` (H, W, 3): squared errors from each pixel's own samples alone,
-    which show fireflies. ``scale``: measured factor of the standard errors, see ``tracer.adaptive.convergence``; None:
-    not measured. ``certain`` (H, W): pixels whose samples tell their brightness; None: no pixel. ``telling`` (H, W):
-    see ``Errors``; None: all pixels.
+    ``stderr`` (H, W, 3): its standard errors; ``own_squares`` (H, W, 3): squared errors from each pixel's own samples
+    alone, which show fireflies. ``scale``: measured factor of the standard errors, see ``tracer.adaptive.convergence``;
+    None: not measured. ``certain`` (H, W): pixels whose samples tell their brightness; None: no pixel. ``telling``
+    (H, W): see ``Errors``; None: all pixels.
     """
     weight = objective.weights("relative", colour.luminance(clean))
     by_error, by_own = (
-        weight * np.mean(squares, axis=-1, dtype=np.float64) for squares in (np.square(stderr, dtype=np.float64), own)
+        weight * np.mean(squares, axis=-1, dtype=np.float64)
+        for squares in (np.square(stderr, dtype=np.float64), own_squares)
     )
     stated = np.maximum(by_error, maximum_filter(by_own, 3))
     loud = stated if certain is None else maximum_filter(np.where(certain, 0.0, by_own), 3)
     measured = LEAST if scale is None else min(OVERSTATED * scale**2, 1.0)
-    most = UNMEASURED if scale is None else max(measured, LEAST)
+    greatest_ratio = UNMEASURED if scale is None else max(measured, LEAST)
     is_telling = np.ones_like(weight) if telling is None else telling.astype(np.float64)
     # Parts of a picture may be better than the whole by as much as the whole is better than stated.
-    return Errors(weight, stated, loud, is_telling, measured**2, most)
+    return Errors(weight, stated, loud, is_telling, measured**2, greatest_ratio)
 
 
 def share_of_noisy(apart: NDArray, errors: Errors, part: float = 1.0) -> Floats:
@@ -95,8 +96,8 @@ def share_of_noisy(apart: NDArray, errors: Errors, part: float = 1.0) -> Floats:
     difference, telling = errors.of(apart), errors.telling
     ratio = np.log(np.maximum(difference, NEGLIGIBLE) / np.maximum(part * errors.stated, NEGLIGIBLE))
     mean = gaussian_filter(telling * ratio, SMOOTH) / np.maximum(gaussian_filter(telling, SMOOTH), NEGLIGIBLE)
-    known = np.clip(TYPICAL * np.exp(mean), errors.least, errors.most)
-    noise = part * np.maximum(known * errors.stated, errors.most * errors.loud)
+    measured_ratio = np.clip(TYPICAL * np.exp(mean), errors.least, errors.most)
+    noise = part * np.maximum(measured_ratio * errors.stated, errors.most * errors.loud)
     excess = np.maximum(gaussian_filter(telling * (difference - noise), SMOOTH), 0.0)
     total = excess + gaussian_filter(telling * noise, SMOOTH)
     around = np.divide(excess, total, out=np.zeros_like(total), where=total > 0)

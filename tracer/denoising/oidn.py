@@ -42,10 +42,10 @@ def denoise(image: NDArray, albedo: NDArray | None = None, normal: NDArray | Non
         # Noise in albedo and normal is taken out first, from each by itself. If noisy ones are declared clean, their
         # noise stays in the picture (a blurred lens: 40 % more error); if declared noisy, they are trusted less.
         clean = {name: run(device, {name: images[name]}) for name in images if name != "color"}
-        whole = run(device, {"color": images["color"], **clean}, hdr=True, clean_aux=bool(clean))
+        denoised = run(device, {"color": images["color"], **clean}, hdr=True, clean_aux=bool(clean))
     except oidn.Error as error:
         raise DenoiseError(f"Open Image Denoise failed: {error}.") from None
-    return np.ascontiguousarray(whole[MARGIN:-MARGIN, MARGIN:-MARGIN])
+    return np.ascontiguousarray(denoised[MARGIN:-MARGIN, MARGIN:-MARGIN])
 
 
 def load() -> Any:

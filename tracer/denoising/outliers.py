@@ -51,14 +51,14 @@ def own_errors(mean: NDArray, variance: NDArray, count: NDArray) -> NDArray:
     return np.where(sample_count > 1, np.maximum(variance, 0.0) / np.maximum(sample_count, 1), np.square(mean))
 
 
-def find_outliers(mean: NDArray, own: NDArray, count: NDArray) -> Outliers:
+def find_outliers(mean: NDArray, own_squares: NDArray, count: NDArray) -> Outliers:
     """Return which pixels stand out of ``mean`` (H, W, 3), the means of each pixel's own ``count`` (H, W) samples.
 
-    ``own`` (H, W, 3): squared standard errors from these samples alone. Bright pixels that touch certain outliers count
-    as outliers, too: they are the edge of a lamp, which few of their samples see.
+    ``own_squares`` (H, W, 3): squared standard errors from these samples alone. Bright pixels that touch certain
+    outliers count as outliers, too: they are the edge of a lamp, which few of their samples see.
     """
     brightness = colour.luminance(mean)
-    squared, error = (np.mean(values, axis=-1, dtype=np.float64) for values in (np.square(mean), own))
+    squared, error = (np.mean(values, axis=-1, dtype=np.float64) for values in (np.square(mean), own_squares))
     certain = (count >= LEAST_COUNT) & (squared >= CERTAIN**2 * error)
     opened = grey_opening(median_filter(brightness, 3, mode="nearest"), SMALL, mode="nearest")
     around = np.maximum(opened, MEAN_CONTRAST / CONTRAST * uniform_filter(brightness, WIDE, mode="nearest"))

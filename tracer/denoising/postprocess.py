@@ -38,7 +38,7 @@ def see(view: View, sampler: Any, seed: int, counts: NDArray[np.uint32]) -> Seen
 
 
 def without_noise(
-    view: View, sampler: Any, seed: int, image: Singles, stderr: Singles, known: Statistics, scale: float | None
+    view: View, sampler: Any, seed: int, image: Singles, stderr: Singles, statistics: Statistics, scale: float | None
 ) -> Singles:
     """Return a picture (H, W, C) with its colours denoised where that helps; alpha and AOVs stay. Raises DenoiseError.
 
@@ -47,11 +47,11 @@ def without_noise(
     is; the detail that it misses comes from the picture. Outliers stay as they were. ``stderr``: standard errors of the
     picture (H, W, C); ``scale``: their measured factor, or None.
     """
-    features = draw_features(view, sampler, seed, known.count, filtered=False)
+    features = draw_features(view, sampler, seed, statistics.count, filtered=False)
     inner, colours, rfilter = view.inner, view.colour_channels, view.film.rfilter()
-    count = known.count[inner]
-    values = np.where(count[..., None] > 0, known.mean[inner], image)[..., :colours]
-    own_squares = np.maximum(view.rgb(own_errors(values, known.variance[inner][..., :colours], count)), 0.0)
+    count = statistics.count[inner]
+    values = np.where(count[..., None] > 0, statistics.mean[inner], image)[..., :colours]
+    own_squares = np.maximum(view.rgb(own_errors(values, statistics.variance[inner][..., :colours], count)), 0.0)
     noisy, mean = view.rgb(image), view.rgb(values)
     outliers = find_outliers(mean, own_squares, count)
     calm = taken_out(mean, outliers)
@@ -62,6 +62,6 @@ def without_noise(
     errors = errors_of(clean, error, own_squares * filter_share(rfilter), scale, outliers.certain, telling)
     detail = noisy - plain
     untold = min(HEAVY * untold_share(rfilter), 1.0)
-    whole = clean + share_of_noisy(detail, errors, untold) * detail
-    mixed = np.where(stays[..., None], noisy, blend(noisy, whole, errors))
+    denoised = clean + share_of_noisy(detail, errors, untold) * detail
+    mixed = np.where(stays[..., None], noisy, blend(noisy, denoised, errors))
     return np.concatenate([view.from_rgb(mixed), image[..., colours:]], axis=-1).astype(np.float32)

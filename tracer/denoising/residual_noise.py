@@ -41,29 +41,29 @@ class ResidualNoise:
         self.share: Floats | float = 1.0
         """Share of the squared noise that denoising leaves (grid), LEAST to 1; 1.0 before the first round."""
 
-    def update(self, before: Statistics, known: Statistics) -> None:
-        """Measure the share from the statistics before and after a round. Raises DenoiseError."""
+    def update(self, before: Statistics, latest: Statistics) -> None:
+        """Measure the share from the statistics ``before`` and after (``latest``) a round. Raises DenoiseError."""
         inner = self.view.inner
-        past, present = self.denoised(before), self.denoised(known)
-        noisy = [self.view.rgb(statistics.mean[inner]) for statistics in (before, known)]
-        weight = objective.weights("relative", gaussian_filter(self.view.luminance(known.mean[inner]), 1.0))
-        left = gaussian_filter(weight * np.mean((present - past) ** 2, axis=-1), SMOOTH)
+        past, present = self.denoised(before), self.denoised(latest)
+        noisy = [self.view.rgb(statistics.mean[inner]) for statistics in (before, latest)]
+        weight = objective.weights("relative", gaussian_filter(self.view.luminance(latest.mean[inner]), 1.0))
+        residue = gaussian_filter(weight * np.mean((present - past) ** 2, axis=-1), SMOOTH)
         noise = gaussian_filter(weight * np.mean((noisy[1] - noisy[0]) ** 2, axis=-1), SMOOTH)
         with np.errstate(divide="ignore", invalid="ignore"):  # where there is no noise, the quotient is not used
-            share = np.where(noise > 0, left / noise, 1.0)
+            share = np.where(noise > 0, residue / noise, 1.0)
         self.share = np.pad(np.clip(share, LEAST, 1.0), self.view.border, mode="edge")
 
-    def denoised(self, known: Statistics) -> NDArray[np.float32]:
+    def denoised(self, statistics: Statistics) -> NDArray[np.float32]:
         """Return the denoised means of the picture (H, W, 3); those of the last call are kept for the next one."""
-        if self.last is not None and self.last[0] is known:
+        if self.last is not None and self.last[0] is statistics:
             return self.last[1]
         if self.features is None:
             counts = np.full(self.view.grid, RAYS, np.uint32)  # the same at whatever round they are drawn
             self.features = draw_features(self.view, self.sampler, self.seed, counts, RAYS, filtered=False)
         inner, rgb = self.view.inner, self.view.rgb
-        values, count = known.mean[inner], known.count[inner]
-        mean, own_squares = rgb(values), rgb(own_errors(values, known.variance[inner], count))
+        values, count = statistics.mean[inner], statistics.count[inner]
+        mean, own_squares = rgb(values), rgb(own_errors(values, statistics.variance[inner], count))
         outliers = find_outliers(mean, own_squares, count)
         clean = denoise(taken_out(mean, outliers), self.features.albedo, self.features.normal)
-        self.last = known, np.where(outliers.mask[..., None], mean, clean)
+        self.last = statistics, np.where(outliers.mask[..., None], mean, clean)
         return self.last[1]

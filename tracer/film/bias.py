@@ -59,60 +59,64 @@ class UnbiasedMean:
         """Return the mean before the first round, of a picture of ``size`` (height, width)."""
         return cls(np.zeros((*size, channels), np.float32), np.zeros(size, np.float32), np.zeros(size, np.float32))
 
-    def after(self, before: Statistics | None, known: Statistics) -> UnbiasedMean:
-        """Return the mean after another round; ``before`` and ``known``: the statistics before and after that round."""
-        mean, drawn = round_means(before, known)
+    def after(self, before: Statistics | None, statistics: Statistics) -> UnbiasedMean:
+        """Return the mean after another round; ``before`` and ``statistics``: before and after that round."""
+        mean, drawn = round_means(before, statistics)
         weight = weights(drawn) + self.waiting
         gained = weight * (drawn > 0)
         return UnbiasedMean(self.total + gained[..., None] * mean, self.weight + gained, weight - gained)
 
-    def closed(self, before: Statistics | None, known: Statistics, chance: Singles | None) -> UnbiasedMean:
+    def closed(self, before: Statistics | None, statistics: Statistics, chance: Singles | None) -> UnbiasedMean:
         """Return the mean after the last round, in which no weight is left waiting.
 
         ``chance`` (H, W): the chance that a pixel had of a sample in that round; None if nothing was left to chance. A
         pixel without a sample in that round counts with its mean before it.
         """
-        mean, drawn = round_means(before, known)
+        mean, drawn = round_means(before, statistics)
         if before is not None:
             times = np.where(drawn > 0, 1 if chance is None else 1 / np.maximum(chance, 1e-3), 0)
             mean = before.mean + times[..., None].astype(np.float32) * (mean - before.mean)
         weight = weights(drawn) + self.waiting
         return UnbiasedMean(self.total + weight[..., None] * mean, self.weight + weight, np.zeros_like(weight))
 
-    def given_up(self, known: Statistics) -> UnbiasedMean:
-        """Return the mean of a render that is stopped within a round; ``known``: the statistics when it stops."""
+    def given_up(self, statistics: Statistics) -> UnbiasedMean:
+        """Return the mean of a render that is stopped within a round; ``statistics``: those when it stops."""
         return UnbiasedMean(
-            self.total + self.waiting[..., None] * known.mean, self.weight + self.waiting, np.zeros_like(self.waiting)
+            self.total + self.waiting[..., None] * statistics.mean,
+            self.weight + self.waiting,
+            np.zeros_like(self.waiting),
         )
 
-    def merged(self, other: UnbiasedMean) -> UnbiasedMean:
+    def merged(self, other_mean: UnbiasedMean) -> UnbiasedMean:
         """Return the mean over the rounds of two renders of different samples."""
-        return UnbiasedMean(self.total + other.total, self.weight + other.weight, self.waiting + other.waiting)
+        return UnbiasedMean(
+            self.total + other_mean.total, self.weight + other_mean.weight, self.waiting + other_mean.waiting
+        )
 
-    def above(self, known: Statistics) -> Singles:
+    def above(self, statistics: Statistics) -> Singles:
         """Return this mean minus the plain mean of each pixel's samples (H, W, C); 0 if all counts are equal."""
-        if np.ptp(known.count) == 0:
-            return np.zeros_like(known.mean)
-        return self.total / self.weight[..., None] - known.mean
+        if np.ptp(statistics.count) == 0:
+            return np.zeros_like(statistics.mean)
+        return self.total / self.weight[..., None] - statistics.mean
 
 
 def mean_at_the_end(
-    unbiased: UnbiasedMean, before: Statistics | None, known: Statistics, chance: Singles | None, is_whole: bool
+    unbiased: UnbiasedMean, before: Statistics | None, statistics: Statistics, chance: Singles | None, is_whole: bool
 ) -> UnbiasedMean:
     """Return the mean over all rounds. ``is_whole``: whether the last round was finished, rather than stopped.
 
     ``unbiased``: the mean over the rounds before the last; for the other arguments see ``UnbiasedMean.closed``.
     """
-    return unbiased.closed(before, known, chance) if is_whole else unbiased.given_up(known)
+    return unbiased.closed(before, statistics, chance) if is_whole else unbiased.given_up(statistics)
 
 
-def round_means(before: Statistics | None, known: Statistics) -> tuple[Singles, Singles]:
+def round_means(before: Statistics | None, statistics: Statistics) -> tuple[Singles, Singles]:
     """Return the mean (H, W, C) and the number (H, W) of the samples of a round; 0 where there are none."""
     if before is None:
-        return known.mean, known.count.astype(np.float32)
-    drawn = known.count.astype(np.float32) - before.count
-    share = np.where(drawn > 0, known.count / np.maximum(drawn, 1), 0).astype(np.float32)
-    mean = before.mean + (known.mean - before.mean) * share[..., None]
+        return statistics.mean, statistics.count.astype(np.float32)
+    drawn = statistics.count.astype(np.float32) - before.count
+    share = np.where(drawn > 0, statistics.count / np.maximum(drawn, 1), 0).astype(np.float32)
+    mean = before.mean + (statistics.mean - before.mean) * share[..., None]
     return np.where(drawn[..., None] > 0, mean, 0), drawn
 
 
@@ -145,9 +149,9 @@ def lost_light(image: Singles, stderr: Singles, missing: Singles, colours: int) 
     brightness = np.abs(image)
     noise = NOISY * stderr
     share = noise * brightness / np.maximum(noise + brightness, np.float32(1e-30))
-    whole = share.sum(axis=(0, 1), dtype=np.float64)
-    part = missing.sum(axis=(0, 1), dtype=np.float64) / np.where(whole > 0, whole, 1)
-    part = np.where(np.isfinite(part) & (whole > 0), part, 0)
+    total_share = share.sum(axis=(0, 1), dtype=np.float64)
+    part = missing.sum(axis=(0, 1), dtype=np.float64) / np.where(total_share > 0, total_share, 1)
+    part = np.where(np.isfinite(part) & (total_share > 0), part, 0)
     part = np.clip(part * trusted(missing[..., :colours].sum(axis=-1, dtype=np.float64)), -MOST, MOST)
     part[colours:] = 0
     return np.where(np.isfinite(share), share * part, 0).astype(np.float32)
@@ -162,17 +166,17 @@ def trusted(missing: NDArray[np.float64]) -> float:
     """
     if not np.all(np.isfinite(missing)):
         return 0.0
-    whole, error = missing.sum(), missing.std() * np.sqrt(missing.size)
-    return float(whole**2 / (whole**2 + error**2)) if whole else 0.0
+    total, error = missing.sum(), missing.std() * np.sqrt(missing.size)
+    return float(total**2 / (total**2 + error**2)) if total else 0.0
 
 
 def with_lost_light(
-    frame: Frame, image: Singles, stderr: Singles, known: Statistics, unbiased: UnbiasedMean | None
+    frame: Frame, image: Singles, stderr: Singles, statistics: Statistics, unbiased: UnbiasedMean | None
 ) -> Singles:
     """Return a picture (H, W, C) with the light that decisions have lost; as it is if ``unbiased`` is None."""
     if unbiased is None:
         return image
-    return image + lost_light(image, stderr, unbiased.above(known)[frame.inner], frame.colour_channels)
+    return image + lost_light(image, stderr, unbiased.above(statistics)[frame.inner], frame.colour_channels)
 
 
 def part_of(lost: Singles, image: Singles, colours: int) -> float:

@@ -79,9 +79,9 @@ class Estimate:
             if window.touches(band.first, band.size):
                 band.add(window, samples, self.filter_weights)
 
-    def merge(self, other: Estimate) -> None:
+    def merge(self, other_estimate: Estimate) -> None:
         """Add an estimate of the same view from other samples. The order of merging affects only rounding."""
-        for band, other_band in zip(self.bands, other.bands, strict=True):
+        for band, other_band in zip(self.bands, other_estimate.bands, strict=True):
             band.merge(other_band)
 
     @property
@@ -227,7 +227,9 @@ def shrunken_variance(deviation: list[Any], count: Any, grid: tuple[int, int]) -
     around = box_sum(degrees, grid)
     per_degree = dr.select(around > 0, dr.rcp(around), 0)
     per_sample = dr.rcp(PRIOR_DEGREES + degrees)
-    return [mi.Float((PRIOR_DEGREES * per_degree * box_sum(d, grid) + d) * per_sample) for d in deviation]
+    return [
+        mi.Float((PRIOR_DEGREES * per_degree * box_sum(channel, grid) + channel) * per_sample) for channel in deviation
+    ]
 
 
 def box_sum(values: Any, grid: tuple[int, int]) -> Any:

@@ -62,25 +62,25 @@ class Band:
         )
         dr.eval(self.sums)
 
-    def merge(self, other: Band) -> None:
+    def merge(self, other_band: Band) -> None:
         """Add the sums of other samples of the same pixels (T. Chan, G. Golub and R. LeVeque, 1979)."""
-        own_count, other_count = mi.Float64(self.count), mi.Float64(other.count)
+        own_count, other_count = mi.Float64(self.count), mi.Float64(other_band.count)
         total = own_count + other_count
         share = dr.select(total > 0, other_count / dr.maximum(total, 1), 0)
-        difference = [b - a for a, b in zip(self.mean, other.mean, strict=True)]
+        difference = [b - a for a, b in zip(self.mean, other_band.mean, strict=True)]
         self.mean = [dr.fma(d, share, m) for d, m in zip(difference, self.mean, strict=True)]
         self.deviation = [
             a + b + d * d * own_count * share
-            for d, a, b in zip(difference, self.deviation, other.deviation, strict=True)
+            for d, a, b in zip(difference, self.deviation, other_band.deviation, strict=True)
         ]
-        self.count += other.count
-        self.invalid += other.invalid
+        self.count += other_band.count
+        self.invalid += other_band.invalid
         self.footprint = [
             [a + b for a, b in zip(own_sums, other_sums, strict=True)]
-            for own_sums, other_sums in zip(self.footprint, other.footprint, strict=True)
+            for own_sums, other_sums in zip(self.footprint, other_band.footprint, strict=True)
         ]
-        self.extra = [a + b for a, b in zip(self.extra, other.extra, strict=True)]
-        self.peaks = [dr.maximum(a, b) for a, b in zip(self.peaks, other.peaks, strict=True)]
+        self.extra = [a + b for a, b in zip(self.extra, other_band.extra, strict=True)]
+        self.peaks = [dr.maximum(a, b) for a, b in zip(self.peaks, other_band.peaks, strict=True)]
         dr.eval(self.sums)
 
 

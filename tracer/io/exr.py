@@ -93,8 +93,8 @@ def write_with_openimageio(path: Path, specification: Any, values: NDArray) -> N
         output = oiio.ImageOutput.create(str(temporary))
         if output is None:
             raise WriteError(f"Cannot write '{path}': {said(oiio)}.")
-        done = output.open(str(temporary), specification) and output.write_image(np.ascontiguousarray(values))
-        if not (output.close() and done):
+        is_written = output.open(str(temporary), specification) and output.write_image(np.ascontiguousarray(values))
+        if not (output.close() and is_written):
             raise WriteError(f"Cannot write '{path}': {said(output).replace(str(temporary), path.name)}.")
         if not ends_with(temporary, list(specification.channelnames), values[-ROWS:]):
             raise WriteError(f"Cannot write '{path}': its end is missing, most likely as the disk is full.")

@@ -49,18 +49,18 @@ class Window:
         """Number of samples that are added."""
         return int((self.end - self.own).sum(dtype=np.int64))
 
-    def touches(self, first: int, size: int) -> bool:
-        """Return whether any of ``size`` pixels from ``first`` on may have lanes."""
-        return self.first_pixel < first + size and first < self.first_pixel + len(self.begin)
+    def touches(self, first_pixel: int, size: int) -> bool:
+        """Return whether any of ``size`` pixels from ``first_pixel`` on may have lanes."""
+        return self.first_pixel < first_pixel + size and first_pixel < self.first_pixel + len(self.begin)
 
-    def lanes_of(self, first: int, size: int) -> tuple[Any, Any]:
-        """Return (begin, end), mi.UInt32, of the lanes that are added to each of ``size`` pixels from ``first`` on."""
-        low, high = max(first, self.first_pixel), min(first + size, self.first_pixel + len(self.begin))
+    def lanes_of(self, first_pixel: int, size: int) -> tuple[Any, Any]:
+        """Return (begin, end), mi.UInt32, of the lanes added to each of ``size`` pixels from ``first_pixel`` on."""
+        low, high = max(first_pixel, self.first_pixel), min(first_pixel + size, self.first_pixel + len(self.begin))
         bounds = []
         for lanes in (self.own, self.end):
-            whole = np.zeros(size, np.uint32)
-            whole[low - first : high - first] = lanes[low - self.first_pixel : high - self.first_pixel]
-            bounds.append(upload(mi.UInt32, whole))
+            padded = np.zeros(size, np.uint32)
+            padded[low - first_pixel : high - first_pixel] = lanes[low - self.first_pixel : high - self.first_pixel]
+            bounds.append(upload(mi.UInt32, padded))
         return bounds[0], bounds[1]
 
 
@@ -84,14 +84,14 @@ class Stretch:
         """Size of its arrays in bytes."""
         return self.before.nbytes + self.after.nbytes
 
-    def part(self, first: int, size: int) -> Stretch:
-        """Return all packets with samples of ``size`` pixels from ``first`` on; neighbours may have samples in them."""
-        first -= self.first_pixel
+    def part(self, first_pixel: int, size: int) -> Stretch:
+        """Return all packets with samples of ``size`` pixels from ``first_pixel`` on, with all samples in them."""
+        first_pixel -= self.first_pixel
         ends = self.ends
-        start = floor(ends[first - 1] if first else 0)
-        stop = min(ceil(ends[first + size - 1]), int(ends[-1]))
-        low = min(int(np.searchsorted(ends, start, side="right")), first)
-        high = max(int(np.searchsorted(ends, stop, side="left")) + 1, first + size)
+        start = floor(ends[first_pixel - 1] if first_pixel else 0)
+        stop = min(ceil(ends[first_pixel + size - 1]), int(ends[-1]))
+        low = min(int(np.searchsorted(ends, start, side="right")), first_pixel)
+        high = max(int(np.searchsorted(ends, stop, side="left")) + 1, first_pixel + size)
         before, after = self.before[low:high].copy(), self.after[low:high].copy()
         before[0] += max(start - int(ends[low - 1] if low else 0), 0)
         after[-1] -= max(int(ends[high - 1]) - stop, 0)

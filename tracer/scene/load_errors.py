@@ -18,10 +18,11 @@ KINDS = {"phasefunction": "phase", "reconstructionfilter": "rfilter"}
 """Kinds of plugins whose name in ``mi.ObjectType`` (the key) differs from that in messages and scenes (the value)."""
 
 
-def load_error(what: str, error: Exception, kind: str | None = None) -> SceneError:
+def load_error(subject: str, error: Exception, kind: str | None = None) -> SceneError:
     """Return a SceneError whose message is one line: what failed, where, and, where it is known, what to do.
 
-    ``kind``: kind of the plugin that was asked for, such as "integrator", for messages that do not say it.
+    ``subject``: how the message names what does not load; ``kind``: kind of the plugin that was asked for, such as
+    "integrator", for messages that do not say it.
     """
     # For an error in a plugin in Python, Mitsuba's message is the place, then the stack, then the plugin's own message.
     where, _, stack = str(error).partition("Traceback (most recent call last)")
@@ -29,19 +30,21 @@ def load_error(what: str, error: Exception, kind: str | None = None) -> SceneErr
     lines = [line.strip() for line in (*where.splitlines(), *plugin_message) if line.strip()]
     lines = [re.sub(r"^[\w.]*Error: ", "", line) for line in lines]
     message = re.sub(r"\[\w+\.(?:cpp|h|py):\d+\]\s*", "", " ".join(lines)).strip().rstrip(".!")
-    return SceneError(" ".join([f"{what} does not load: {message}.", *advice(message, kind)]))
+    return SceneError(" ".join([f"{subject} does not load: {message}.", *advice(message, kind)]))
 
 
-def render_error(what: str, error: Exception) -> SceneError | None:
+def render_error(subject: str, error: Exception) -> SceneError | None:
     """Return a SceneError for an error of Mitsuba or Dr.Jit while it renders a scene; None for other errors."""
     cause = error.__cause__
     if cause is not None and raised_in_mitsuba(cause):  # an integrator in Python that not every variant can run
         reason = f"its integrator fails under the active variant with {type(cause).__name__}: {cause}"
         return SceneError(
-            f"{what} cannot be rendered: {' '.join(reason.split()).rstrip('.!')}; choose another of either."
+            f"{subject} cannot be rendered: {' '.join(reason.split()).rstrip('.!')}; choose another of either."
         )
     is_ours = re.match(r"\[[A-Za-z]\w*(?:\.\w+:\d+)?\] |jit_\w+\(\): |drjit\.", str(error)) is None
-    return None if is_ours else SceneError(f"{what} cannot be rendered: {' '.join(str(error).split()).rstrip('.!')}.")
+    return (
+        None if is_ours else SceneError(f"{subject} cannot be rendered: {' '.join(str(error).split()).rstrip('.!')}.")
+    )
 
 
 def raised_in_mitsuba(error: BaseException) -> bool:
@@ -83,17 +86,17 @@ def about_parameter(kind: str, plugin: str, name: str) -> str | None:
 
 def about_plugin(kind: str | None, name: str, message: str) -> list[str]:
     """Return at most one sentence about a plugin that is missing or does not load; ``kind``: None if not known."""
-    known = plugin_names()
+    kinds = plugin_names()
     is_missing = f'Plugin "{name}" not found' in message
     if (is_missing or kind is not None) and (replacement := former_plugin(kind, name)):
         return [f"'{name}' is no {kind + ' ' if kind else ''}plugin of Mitsuba 3; {replacement}."]
     if not is_missing:
-        is_of_another_kind = kind is not None and known.get(name, kind) != kind and "Type mismatch" not in message
-        return [f"'{name}' is a plugin of kind {known[name]}, not {kind}."] if is_of_another_kind else []
-    hint = nearest(name, [plugin for plugin, plugin_kind in known.items() if kind in (None, plugin_kind)])
+        is_of_another_kind = kind is not None and kinds.get(name, kind) != kind and "Type mismatch" not in message
+        return [f"'{name}' is a plugin of kind {kinds[name]}, not {kind}."] if is_of_another_kind else []
+    hint = nearest(name, [plugin for plugin, plugin_kind in kinds.items() if kind in (None, plugin_kind)])
     if hint is None:
         return []
-    return [f"Did you mean '{hint}'?" if kind else f"Did you mean the {known[hint]} '{hint}'?"]
+    return [f"Did you mean '{hint}'?" if kind else f"Did you mean the {kinds[hint]} '{hint}'?"]
 
 
 def plugin_folder() -> Path:
@@ -105,8 +108,8 @@ def plugin_folder() -> Path:
 
 def plugin_names() -> dict[str, str]:
     """Return the kinds of Mitsuba's plugins and of ours, by name of the plugin."""
-    own = getattr(sys.modules.get("tracer.plugins"), "PLUGINS", ())
-    names = {path.stem for path in plugin_folder().iterdir()} | {*own, *PYTHON_INTEGRATORS}
+    our_plugins = getattr(sys.modules.get("tracer.plugins"), "PLUGINS", ())
+    names = {path.stem for path in plugin_folder().iterdir()} | {*our_plugins, *PYTHON_INTEGRATORS}
     return {name: kind_of(name) for name in sorted(names)}
 
 

@@ -17,11 +17,11 @@ from tracer.scene.ply_defects import ANEW, ply_defect
 
 
 @contextmanager
-def meshes_explained(what: str, state: Any) -> Iterator[None]:
+def meshes_explained(subject: str, state: Any) -> Iterator[None]:
     """Turn an error that Mitsuba raises over a shape into a SceneError that says what is wrong with its mesh file.
 
-    ``what``: how the message names the scene. ``state``: that of Mitsuba's parser. Files are found by the file resolver
-    that Mitsuba has when the error is raised. The error stays as it is if no defect is found.
+    ``subject``: how the message names the scene. ``state``: that of Mitsuba's parser. Files are found by the file
+    resolver that Mitsuba has when the error is raised. The error stays as it is if no defect is found.
     """
     import mitsuba as mi
 
@@ -33,7 +33,7 @@ def meshes_explained(what: str, state: Any) -> Iterator[None]:
         nodes = [node for node in state.nodes if node.props.plugin_name() == plugin] if plugin in DEFECTS else []
         for name in [node.props["filename"] for node in nodes if isinstance(node.props.get("filename"), str)]:
             if defect := mesh_defect(Path(str(mi.file_resolver().resolve(name))), plugin):
-                raise SceneError(f"{what} does not load: '{name}' {defect}.") from None
+                raise SceneError(f"{subject} does not load: '{name}' {defect}.") from None
         raise
 
 

@@ -171,18 +171,18 @@ def open_scene(
         restore_film(chosen_sensor, original)
 
 
-def require_variant(what: str, thing: Any) -> Any:
+def require_variant(name: str, loaded: Any) -> Any:
     """Return an object of Mitsuba if it is of the active variant, else raise BackendError: variants do not mix.
 
-    ``what``: how the message calls the object.
+    ``name``: how the message calls it.
     """
-    variant = thing.variant_name() if hasattr(thing, "variant_name") else mi.variant()
+    variant = loaded.variant_name() if hasattr(loaded, "variant_name") else mi.variant()
     if variant != mi.variant():
         raise BackendError(
-            f"The {what} was loaded under the variant '{variant}', and '{mi.variant()}' is active: "
+            f"The {name} was loaded under the variant '{variant}', and '{mi.variant()}' is active: "
             f"load it again, or call mi.set_variant('{variant}') before the render."
         )
-    return thing
+    return loaded
 
 
 def require_pixels(view: View) -> None:
@@ -252,14 +252,14 @@ def resize_film(sensor: Any, size: Size, crop: Crop = None) -> dict[str, Any]:
         return {}
     parameters = mi.traverse(sensor)
     original = {
-        name: [int(x) for x in parameters[name]] for name in ("film.size", "film.crop_size", "film.crop_offset")
+        name: [int(side) for side in parameters[name]] for name in ("film.size", "film.crop_size", "film.crop_offset")
     }
     width, height = new_size(original["film.size"], size)
     if crop is None:
         begins, ends = [], []
-        for new, old, length, offset in zip((width, height), *original.values(), strict=True):
-            begins.append(min(round(offset * new / old), new - 1))
-            ends.append(max(round((offset + length) * new / old), begins[-1] + 1))
+        for new_side, old_side, length, offset in zip((width, height), *original.values(), strict=True):
+            begins.append(min(round(offset * new_side / old_side), new_side - 1))
+            ends.append(max(round((offset + length) * new_side / old_side), begins[-1] + 1))
         lengths = [end - begin for begin, end in zip(begins, ends, strict=True)]
     else:
         part = whole_numbers("crop", crop, 4, "x, y, width and height in pixels")
@@ -273,13 +273,13 @@ def resize_film(sensor: Any, size: Size, crop: Crop = None) -> dict[str, Any]:
     return original
 
 
-def new_size(old: list[int], size: Size) -> tuple[int, int]:
-    """Return the (width, height) that ``size`` gives a film whose (width, height) is ``old``. Raises SettingsError."""
+def new_size(film_size: list[int], size: Size) -> tuple[int, int]:
+    """Return the (width, height) that ``size`` gives a film of (width, height) ``film_size``. Raises SettingsError."""
     if size is None:
-        width, height = old
+        width, height = film_size
     elif np.ndim(size) == 0:
         width = whole_number("size", size)
-        height = max(1, round(old[1] * width / old[0]))
+        height = max(1, round(film_size[1] * width / film_size[0]))
     else:
         width, height = whole_numbers("size", size, 2, "width and height in pixels, or the width alone")
     if not (1 <= width <= MOST_SIDE and 1 <= height <= MOST_SIDE):
