@@ -117,7 +117,8 @@ def share_out_with_chances(
         return Decision(counts, importance=importance, chance=(counts > situation.drawn).astype(np.float32))
     chance = np.where(left_out, chance * share, chance)
     picked = left_out & (generator.random(chance.shape) < chance)
-    # Pixels that had samples keep one, and pixels that were not picked get none: otherwise the chances would differ.
+    # Pixels that the allocation above gives samples still get one, and left-out pixels that are not picked get none:
+    # otherwise the chances would differ from those stated.
     lower = situation.drawn + np.where(picked, size, counts > situation.drawn)
     upper = np.where(left_out & ~picked, situation.drawn, np.maximum(settings.most_samples, lower))
     least = least_counts(weights, settings, situation, settings.least_samples)

@@ -77,12 +77,8 @@ def relative_mse_trimmed(image: ArrayLike, reference: ArrayLike, share: float = 
     """Return ``relative_mse`` without the ``share`` of the pixels (at least one) that err most, such as fireflies."""
     image, reference = comparable(image, reference)
     errors = ((image - reference) ** 2).mean(axis=-1) / relative_scale(reference)
-    kept_count = errors.size - max(1, round(share * errors.size))
-    return (
-        float(np.partition(errors.ravel(), kept_count - 1)[:kept_count].mean())
-        if kept_count > 0
-        else float(errors.mean())
-    )
+    count = errors.size - max(1, round(share * errors.size))
+    return float(np.partition(errors.ravel(), count - 1)[:count].mean()) if count > 0 else float(errors.mean())
 
 
 def bias(image: ArrayLike, reference: ArrayLike) -> float:

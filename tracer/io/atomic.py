@@ -93,10 +93,7 @@ def is_running(process: int) -> bool:
         status = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2]
     except ProcessLookupError:
         return False
-    except (
-        OSError,
-        OverflowError,
-    ):  # the process of another person, a system without /proc, or a number that no process can have
+    except (OSError, OverflowError):  # another person's process, no /proc, or a number that no process can have
         return True
     return not status.startswith(" Z")
 

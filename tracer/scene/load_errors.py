@@ -39,7 +39,8 @@ def render_error(subject: str, error: Exception) -> SceneError | None:
     if cause is not None and raised_in_mitsuba(cause):  # an integrator in Python that not every variant can run
         reason = f"its integrator fails under the active variant with {type(cause).__name__}: {cause}"
         return SceneError(
-            f"{subject} cannot be rendered: {' '.join(reason.split()).rstrip('.!')}; choose another of either."
+            f"{subject} cannot be rendered: {' '.join(reason.split()).rstrip('.!')}; "
+            "choose another integrator or another variant."
         )
     is_ours = re.match(r"\[[A-Za-z]\w*(?:\.\w+:\d+)?\] |jit_\w+\(\): |drjit\.", str(error)) is None
     return (
