@@ -7,6 +7,7 @@ class TracerError(Exception):
     """Base class of all errors of tracer. ``exit_code`` is what the command returns when it ends with the error."""
 
     exit_code = 2
+    """Exit status of the command."""
 
 
 class BackendError(TracerError):

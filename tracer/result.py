@@ -27,11 +27,13 @@ class Round:
     """One round: its samples and the time it took."""
 
     samples: int
+    """Samples of the round, of all pixels together."""
     least: int
     """Fewest samples that any pixel has after the round."""
     most: int
     """Most samples that any pixel has after the round."""
     seconds: float
+    """Seconds that the round took."""
 
 
 @dataclass
@@ -39,7 +41,9 @@ class Report:
     """What was decided in a render and why, and how long it took. Seconds are wall-clock seconds."""
 
     settings: Settings
+    """The settings of the render, with their defaults."""
     rounds: list[Round] = field(default_factory=list)
+    """Every round that was drawn, in order."""
     notes: list[str] = field(default_factory=list)
     """Sentences for a person about fallbacks, samples that were not finite, or an interruption."""
     unwritten: list[str] = field(default_factory=list)
@@ -70,7 +74,9 @@ class Report:
     elsewhere: dict[str, Any] = field(default_factory=dict)
     """For a render on workers: how many there were at the end, units, and bytes that travelled. Else empty."""
     seconds_features: float = 0.0
+    """Seconds of drawing the features that were asked for."""
     seconds_denoising: float = 0.0
+    """Seconds of denoising: of the result, and of earlier pictures for the objective ``denoised``."""
 
     @property
     def complete(self) -> bool:
@@ -138,11 +144,13 @@ class Result:
     seen: Seen | None
     """What the camera's rays hit first; None if it was not asked for."""
     channels: list[str]
+    """Names of the channels of ``image``."""
     window: tuple[int, int, int, int]
     """x and y of the picture within the film, and width and height of the film."""
     seconds: float
     """Wall-clock seconds from the first pilot ray to the developed image."""
     report: Report
+    """What was decided in the render and why, and how long it took."""
 
     @property
     def rgb(self) -> NDArray[np.float32]:

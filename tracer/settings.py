@@ -43,6 +43,7 @@ class Settings(BaseModel):
     time: float | None = Field(None, gt=0, le=1e9)
     """Stop in time to be done after this many seconds, start-up included. Every pixel gets a sample in any case."""
     seed: int = Field(0, ge=0, lt=2**32)
+    """Seed of all random numbers; the same seed gives the same picture."""
     criterion: str = "fused"
     """Rule that decides where samples go, a name of ``tracer.criteria``; "uniform" gives all pixels the same."""
     objective: str = "relative"

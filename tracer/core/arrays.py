@@ -6,10 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+"""Array of numbers in double precision."""
 Singles = NDArray[np.float32]
+"""Array of numbers in single precision, such as a picture."""
 Integers = NDArray[np.int64]
+"""Array of whole numbers, such as indices."""
 Counts = NDArray[np.uint32]
+"""Array of counts, such as samples per pixel."""
 Mask = NDArray[np.bool_]
+"""Array that tells which entries are chosen."""
 
 
 def spread_out(size: int, count: int) -> slice:

@@ -20,12 +20,16 @@ from pathlib import Path
 from tracer.errors import BackendError
 
 DEFAULT_VARIANT = "llvm_ad_rgb"
+"""Mitsuba variant that is activated if no other is active or asked for."""
 MINIMUM_LLVM = 17
+"""Oldest major version of LLVM that is used: versions 15 and 16 abort the process on an AVX-512 machine."""
 VARIABLE = "DRJIT_LIBLLVM_PATH"
+"""Environment variable in which a user, or this module, names the libLLVM file that Dr.Jit loads."""
 REMEDY = (
     f"install version {MINIMUM_LLVM} or newer, for example with 'pip install karellen-llvm-core' "
     f"or 'apt-get install libllvm19', or set {VARIABLE} to the file of one"
 )
+"""What to do about an LLVM that is missing or cannot be used, as the end of a message."""
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,7 @@ class Extended:
     """The pool while any block of ``for_files`` is open, in whatever thread."""
 
     blocks: int = 0
+    """Number of blocks of ``for_files`` that are open."""
     own_count: int | None = None
     """Threads that the pool had before it was extended; None while it is as somebody else has set it."""
 

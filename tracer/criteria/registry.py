@@ -65,7 +65,9 @@ class Criterion:
     """A named function from Evidence to importance, and what it needs to see."""
 
     name: str
+    """Name by which a person chooses it."""
     importance: Callable[[Evidence], Floats]
+    """Function from Evidence to the importance of each pixel (H, W), >= 0."""
     needs_radiance: bool
     """Whether it decides anew after every round of samples, rather than once from pilot rays alone."""
     spends: Spends

@@ -27,9 +27,11 @@ class Seen:
     """Features, filtered like the picture, and the shapes that are seen."""
 
     features: Features
+    """Albedo, normal and depth, filtered like the picture."""
     shapes: NDArray[np.uint32]
     """(H, W): number of the shape in the middle of each pixel, from 1; 0 where nothing is seen."""
     shape_names: list[str]
+    """Name of each shape; that of shape number n is at index n - 1."""
 
 
 def see(view: View, sampler: Any, seed: int, counts: NDArray[np.uint32]) -> Seen:

@@ -30,8 +30,11 @@ class Scores:
     """All errors of one picture against its reference."""
 
     mse: float
+    """Mean squared error over pixels and channels."""
     relative_mse: float
+    """Mean of the squared error over the squared luminance of the reference."""
     relative_mse_trimmed: float
+    """The relative error without the pixels that err most, see ``TRIMMED``."""
     psnr: float
     """Peak signal-to-noise ratio in dB of both pictures as a screen shows them."""
     ssim: float

@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Objective = Literal["absolute", "relative", "display", "denoised"]
+"""Name of the error that is minimised, see ``weights``."""
 OBJECTIVES: tuple[str, ...] = get_args(Objective)
+"""Names of all objectives."""
 EPSILON = 0.01
 """Added to the squared luminance of the exposed picture in relative errors, so that black pixels do not count for
 everything."""

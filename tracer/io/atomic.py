@@ -16,6 +16,7 @@ from tracer.core.wording import option
 from tracer.errors import OutputError, WriteError
 
 IMAGE_SUFFIXES = (".exr", ".png")
+"""Suffixes of the image files that can be written."""
 
 
 def check_output(path: Path, overwrite: bool = False, suffixes: tuple[str, ...] = IMAGE_SUFFIXES) -> Path:

@@ -35,6 +35,7 @@ class Window:
     first_pixel: int
     """Counted from the first pixel of the estimate. The window may begin before it, and end after the last pixel."""
     lane_count: int
+    """Number of lanes of the window."""
     begin: Counts
     """(pixels of the window,): first lane of each pixel."""
     own: Counts
@@ -69,6 +70,7 @@ class Stretch:
     """Samples ``before`` to ``after`` - 1 of consecutive pixels in a round. The first of them begins a packet."""
 
     first_pixel: int
+    """Number of the first pixel in the picture."""
     before: Counts
     """(P,): samples of each pixel before the round."""
     after: Counts

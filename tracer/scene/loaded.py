@@ -15,11 +15,13 @@ class LoadedScene:
     """An ``mi.Scene`` and the file that it comes from."""
 
     path: Path
+    """The scene file."""
     define: dict[str, str]
     """Values of the $parameters of the file."""
     scene_hash: str
     """``fingerprint`` of the file as it was when it was loaded, even if the file is edited later."""
     scene: Any
+    """The ``mi.Scene``."""
 
 
 def load_scene(path: Path, define: dict[str, str] | None = None) -> LoadedScene:

@@ -30,7 +30,9 @@ class Element:
     """A kind of entry in a PLY file, such as "vertex" or "face", as the header describes it."""
 
     name: str
+    """Name that the header gives it."""
     count: int
+    """Number of entries of this kind."""
     properties: list[list[str]]
     """Words of the header for each property: type and name; or "list", types of length and entries, and name."""
 

@@ -39,8 +39,11 @@ class View(Frame):
     """A scene seen by one sensor through one integrator."""
 
     scene: Any
+    """The ``mi.Scene``."""
     sensor: Any
+    """The ``mi.Sensor`` through which it is seen."""
     integrator: Any
+    """The ``mi.SamplingIntegrator`` from which samples are drawn."""
     settings: dict[str, Any]
     """Settings that the scene itself asks for: the parameters of its integrator, if that is ``adaptive``."""
 
