@@ -113,7 +113,8 @@ def ray_entropy(multiplicity: ArrayLike) -> Floats:
 def ray_viewpoint(multiplicity: ArrayLike, hit: ArrayLike, surfaces: int) -> Floats:
     """Return ``viewpoint_complexity`` C(V) of an image of K rays.
 
-    ``multiplicity`` (..., K): as for ``shares``; ``hit`` (..., K): which rays hit one; ``surfaces``: their number.
+    ``multiplicity`` (..., K): as for ``shares``; ``hit`` (..., K): whether each ray hits a surface; ``surfaces``:
+    number of surfaces of the scene.
     """
     hit = np.asarray(hit, bool)
     visible = np.rint(np.where(hit, 1.0 / np.asarray(multiplicity, np.float64), 0.0).sum(axis=-1))

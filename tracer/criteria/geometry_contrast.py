@@ -1,4 +1,4 @@
-"""Geometry contrast: how unequal the values cos / d^2 of the rays of a pixel are at the surfaces that they hit.
+"""Geometry contrast: how unequal cos / d^2 is at the surfaces that the rays of a pixel hit.
 
 J. Rigau, M. Feixas and M. Sbert, "New contrast measures for pixel supersampling", CGI 2002, and "Entropy-based adaptive
 sampling", Graphics Interface 2003, equations 9 and 10. It is 0 where all rays meet surfaces at the same distance and

@@ -15,7 +15,7 @@ from tracer.image.colour import decode_srgb
 FORMATS = "Mitsuba reads meshes from 'ply', 'obj' and 'serialized' files, so convert it to one of these"
 """What to do about meshes in formats that Mitsuba does not read."""
 LEAVE_OUT = "leave it out"
-"""What to do about parameters that no longer have an effect."""
+"""What to do about parameters that have no successor."""
 
 PLUGINS: dict[str, dict[str, str]] = {
     "integrator": {
