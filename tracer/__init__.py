@@ -1,6 +1,6 @@
 """tracer: adaptive rendering on Mitsuba 3.
 
-Look first with cheap rays, measure how complex what they hit is, and spend the expensive rays where they pay.
+Look first with cheap rays, measure the complexity of what they hit, and spend the expensive rays where they pay.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if not (Path(__file__).parent / "plugins").is_dir():
     # Imported from a checkout: tracer.plugins and tracer.scenes lie beside this folder, and are installed into it.
     __path__.append(str(Path(__file__).parents[1]))
 
-point_to_library()  # before anything imports Dr.Jit, which loads LLVM as it is imported
+point_to_library()  # before anything imports Dr.Jit, which loads LLVM when it is imported
 
 HOMES = {
     "Progress": "tracer.progress",
@@ -33,6 +33,7 @@ HOMES = {
     "Result": "tracer.result",
     "Settings": "tracer.settings",
 }
+"""Modules that define the public names, by name; each is imported when the name is first used."""
 
 
 def __getattr__(name: str) -> Any:

@@ -1,4 +1,4 @@
-"""What a script calls: a scene in, a picture and all that is known about it out."""
+"""The function that a script calls: from a scene to a picture and all that is known about it."""
 
 from __future__ import annotations
 
@@ -46,18 +46,18 @@ def render(
 
     ``sensor``: number or ``mi.Sensor``; ``size``, ``crop``: see ``tracer.scene.view``; ``define``: values of the
     $parameters of a file. ``importance``: array (H, W) or image file whose values multiply each pixel's importance.
-    ``checkpoint``: file to keep the state in, every ``checkpoint_every`` seconds and at the end; ``resume``: go on from
-    it if it is there; ``overwrite``: begin anew and replace it. ``memory_limit``: most memory in GiB; passes are as
-    small as that asks for. ``features``: whether to return what the camera's rays hit first; ``denoise``: whether to
-    take the noise out of the picture with the help of that. ``cluster``: draw on workers: their number on this machine,
-    the address of a Dask scheduler, or a ``distributed.Client``; the picture is the same, and the scene must be a file.
-    ``started``: value of ``time.perf_counter()`` from which a limit of time counts, instead of now.
+    ``checkpoint``: file in which the state is kept, every ``checkpoint_every`` seconds and at the end; ``resume``: go
+    on from it if it exists; ``overwrite``: begin anew and replace it. ``memory_limit``: most memory in GiB; passes are
+    made small enough for it. ``features``: whether to return what the camera's rays hit first; ``denoise``: whether to
+    take the noise out of the picture, with the help of these features. ``cluster``: draw on workers, given as their
+    number on this machine, the address of a Dask scheduler, or a ``distributed.Client``; the picture is the same, and
+    the scene must be a file. ``started``: value of ``time.perf_counter()`` from which a time limit counts; None: now.
 
     Further keywords are those of ``tracer.settings.Settings``: spp, noise, time, seed, criterion, objective, exposure,
-    pilot_spp, min_spp, max_spp, cost, block, unbiased, shape_weights; where the scene's integrator is ``adaptive``, its
+    pilot_spp, min_spp, max_spp, cost, block, unbiased, shape_weights. If the scene's integrator is ``adaptive``, its
     parameters are the defaults. ``criterion`` may also be a function from ``tracer.criteria.Evidence`` to importance
-    (H, W); without a name it cannot be combined with a checkpoint. Sets the Mitsuba variant ``llvm_ad_rgb`` unless one
-    is active. Raises the errors of ``tracer.errors``.
+    (H, W); a function without a registered name cannot be combined with a checkpoint. Sets the Mitsuba variant
+    ``llvm_ad_rgb`` unless one is active. Raises the errors of ``tracer.errors``.
     """
     started = time.perf_counter() if started is None else started
     require_keywords(settings)
@@ -91,7 +91,10 @@ def render(
 
 
 def criterion_name(criterion: Any, checkpoint: Any) -> Any:
-    """Return the name of a criterion that may be a function. Raises SettingsError where a name of its own is needed."""
+    """Return the name of a criterion, which may be a function.
+
+    Raises SettingsError for a function that is not registered if there is a ``checkpoint``, which must name it.
+    """
     name = criteria.name_of(criterion)
     if checkpoint is not None and criteria.is_function(name):
         raise SettingsError(
@@ -102,16 +105,16 @@ def criterion_name(criterion: Any, checkpoint: Any) -> Any:
 
 
 def require_keywords(settings: dict[str, Any]) -> None:
-    """Raise SettingsError for a keyword that ``render`` does not have, with the nearest that it has."""
-    own = [name for name in inspect.signature(render).parameters if name != "settings"]
+    """Raise SettingsError for a keyword that ``render`` does not have; the message offers the nearest that it has."""
+    parameters = [name for name in inspect.signature(render).parameters if name != "settings"]
     unknown = next((name for name in settings if name not in Settings.model_fields), None)
     if unknown is not None:
-        hint = did_you_mean(unknown, [*own, *Settings.model_fields])
+        hint = did_you_mean(unknown, [*parameters, *Settings.model_fields])
         raise SettingsError(f"There is no setting '{unknown}'{hint}")
 
 
 def require_terms(progress: Any, checkpoint_every: Any, memory_limit: Any, define: Any) -> None:
-    """Raise SettingsError for what is not of the kind that ``render`` asks for."""
+    """Raise SettingsError for an argument of ``render`` that has the wrong type or is out of range."""
     if progress is not None and not callable(progress):
         raise SettingsError(
             "progress: give a function that is called with a tracer.Progress after every pass, "
@@ -126,5 +129,5 @@ def require_terms(progress: Any, checkpoint_every: Any, memory_limit: Any, defin
 
 
 def is_number(value: Any) -> bool:
-    """Return whether a value is a real number."""
+    """Return whether a value is a real number, of Python or of another library; True and False are none."""
     return isinstance(plain(value), int | float) and not isinstance(plain(value), bool)

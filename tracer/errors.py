@@ -1,75 +1,76 @@
-"""Every error a person can act on. The message is one sentence: what, where, what to do."""
+"""Errors that a person can act on. Every message is one sentence: what is wrong, where, and what to do."""
 
 from __future__ import annotations
 
 
 class TracerError(Exception):
-    """Base class: catch it to catch all of ours. ``exit_code`` is what the command line returns."""
+    """Base class of all errors of tracer. ``exit_code`` is what the command returns when it ends with the error."""
 
     exit_code = 2
+    """Exit status of the command."""
 
 
 class BackendError(TracerError):
-    """No LLVM, an LLVM that would abort the process, or a Mitsuba variant that cannot be used."""
+    """There is no LLVM, the LLVM would abort the process, or the Mitsuba variant cannot be used."""
 
 
 class MissingPackageError(TracerError):
-    """A package of an optional part that is not installed."""
+    """A package that only an optional part needs is not installed."""
 
 
 class SceneError(TracerError):
-    """A scene that is missing, does not load, or has nothing to render."""
+    """A scene is missing, does not load, or has nothing to render."""
 
 
 class SettingsError(TracerError):
-    """A setting out of range, or a name that does not exist."""
+    """A setting is out of range, or a name does not exist."""
 
 
 class OutputError(TracerError):
-    """A place where the result cannot be written, or must not be."""
+    """A result cannot be written to a place, or must not be."""
 
 
 class WriteError(OutputError):
-    """A file that could not be written when it was made, as on a full disk."""
+    """A file could not be written when it was made, as on a full disk."""
 
     exit_code = 5
 
 
 class PendingWriteError(OutputError):
-    """A file that somebody else had begun to write, and that could not be finished."""
+    """A file that somebody else had begun to write could not be finished."""
 
 
 class CheckpointError(TracerError):
-    """A checkpoint that is missing, damaged, or of another render."""
+    """A checkpoint is missing, damaged, or of another render."""
 
 
 class ClusterError(TracerError):
-    """A cluster that is not there, not any more, or not made of the same as the client."""
+    """A cluster cannot be reached, is lost, or its workers run other versions than the client."""
 
     exit_code = 4
 
 
 class SceneMissingError(ClusterError):
-    """A worker that does not have the scene."""
+    """A worker does not have the scene."""
 
 
 class BudgetError(TracerError):
-    """Bounds on the samples per pixel that no allocation can meet."""
+    """No allocation can meet the bounds on the samples per pixel."""
 
 
 class StudyError(TracerError):
-    """A study in which something could not be measured; the rest was."""
+    """Some of a study could not be measured; the rest was."""
 
     exit_code = 1
 
 
 class ScoreError(TracerError, ValueError):
-    """Pictures that cannot be read, or cannot be compared; a ValueError too, as arrays that do not fit raise."""
+    """Pictures cannot be read or compared. It is a ValueError too, like errors of arrays whose shapes do not match."""
 
 
 class LayerError(ScoreError):
-    """A layer that a picture does not have."""
+    """A picture does not have a layer."""
 
 
 class DenoiseError(TracerError):
-    """Pictures that cannot be denoised, or a denoiser that is not installed."""
+    """A picture cannot be denoised, or no denoiser is installed."""

@@ -1,7 +1,8 @@
 """Show a picture while it renders: in a PNG, in the viewer tev, in a notebook.
 
-Each is a progress callback for ``tracer.render``; ``together`` makes one of several. They show the picture now and
-then: after one that took t seconds the next waits for 50 t at least, so that they take less than 2 % of the time.
+``png``, ``tev`` and ``notebook`` return progress callbacks for ``tracer.render``; ``together`` makes one callback of
+many. They show the picture now and then: after a picture that took t seconds the next one waits for at least 50 t, so
+that showing takes less than 2 % of the time.
 """
 
 from __future__ import annotations
@@ -24,25 +25,26 @@ from tracer.progress import Progress, ProgressCallback
 logger = logging.getLogger(__name__)
 
 SHARE = 0.02
-"""Most of the time that is spent on showing."""
+"""Largest part of the time of a render that may be spent on showing the picture."""
 LEAST_SECONDS = 1.0
-"""Between two pictures, and before the first."""
+"""Least seconds between two pictures, and before the first one."""
 TEV_PORT = 14158
+"""Port on which tev listens by default."""
 
 
 class Occasional:
-    """Calls a function with the progress of a render, now and then."""
+    """A progress callback that calls a function with the progress of a render, now and then."""
 
     def __init__(self, show: Callable[[Progress], None], close: Callable[[], Any] = lambda: None) -> None:
-        """``close``: gives up what it shows on."""
+        """``show``: is called with the progress; ``close``: closes what the picture is shown on, such as a viewer."""
         self.show, self.close = show, close
         self.next = time.perf_counter() + LEAST_SECONDS
         self.shown = 0
         self.closed = False
-        """Whether what it shows on is gone."""
+        """Whether what the picture is shown on is gone; nothing is shown any more."""
 
     def __call__(self, progress: Progress) -> None:
-        """Show, if it is time, or all is done."""
+        """Show the progress if it is time to, or if the render is finished."""
         start = time.perf_counter()
         if self.closed or (start < self.next and not progress.finished):
             return
@@ -53,9 +55,10 @@ class Occasional:
 
 
 def png(path: Path) -> Occasional:
-    """Return a callback that writes the picture, as a screen shows it, to a PNG that is replaced as a whole.
+    """Return a callback that writes the picture, as a screen shows it, to a PNG file that is replaced as a whole.
 
-    Raises OutputError at once if it cannot be written; later it only stops showing.
+    Raises OutputError at once if the file cannot be written. If that happens later, the callback warns and stops
+    writing.
     """
     atomic.check_output(path, overwrite=True, suffixes=(".png",))
 
@@ -63,7 +66,7 @@ def png(path: Path) -> Occasional:
         try:
             exr.write_png(path, display(progress.image))
         except OutputError as error:
-            callback.closed = True  # a picture of progress is not worth the render
+            callback.closed = True  # a render is not given up for a picture of its progress
             logger.warning("%s The render goes on without it.", error)
 
     callback = Occasional(show)
@@ -102,7 +105,7 @@ def tev(name: str, address: str = "") -> Occasional:
                 created.append(name)
             client.update_image(name, values, channels)
         except OSError as error:
-            callback.closed = True  # the viewer, too, may be gone
+            callback.closed = True  # a viewer may be closed during the render
             logger.warning("tev does not answer any more (%s). The render goes on without it.", error)
 
     callback = Occasional(show, lambda: client.__exit__(None, None, None))
@@ -110,7 +113,7 @@ def tev(name: str, address: str = "") -> Occasional:
 
 
 def notebook() -> ProgressCallback:
-    """Return a callback that shows bar and picture in a Jupyter notebook, replaced in place."""
+    """Return a callback that shows a progress bar and the picture in a Jupyter notebook, and replaces them in place."""
     from IPython.display import HTML
     from IPython.display import display as show_html
 
@@ -127,17 +130,17 @@ def notebook() -> ProgressCallback:
 
 
 def html(progress: Progress, image: NDArray) -> str:
-    """Return a bar, a line of text and the picture as HTML."""
-    left = "" if progress.remaining is None or progress.finished else f", {progress.remaining:.0f} s left"
+    """Return a progress bar, a line of text and the picture (H, W, C) as HTML."""
+    remaining = "" if progress.remaining is None or progress.finished else f", {progress.remaining:.0f} s left"
     return (
         f'<div><progress value="{progress.fraction:.4f}" max="1" style="width:100%"></progress>'
-        f"<p>{progress.in_words()}{left}</p>"
+        f"<p>{progress.in_words()}{remaining}</p>"
         f'<img src="data:image/png;base64,{as_png(display(image))}"></div>'
     )
 
 
 def together(*callbacks: ProgressCallback | None) -> ProgressCallback:
-    """Return a callback that calls all of them; the render stops if any says so."""
+    """Return a callback that calls all ``callbacks``; it stops the render if any of them returns False."""
 
     def call(progress: Progress) -> bool:
         answers = [callback(progress) for callback in callbacks if callback is not None]

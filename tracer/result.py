@@ -12,7 +12,7 @@ from tracer.adaptive.convergence import Noise
 from tracer.adaptive.stopping import Reason
 from tracer.core.quantities import mean_count
 from tracer.denoising.postprocess import (
-    Seen,  # not for types alone: Dr.Jit looks up the hints of what an integrator holds
+    Seen,  # imported at run time too: Dr.Jit looks up the type hints of objects that an integrator holds
 )
 from tracer.image.colour import as_png, display, heat
 from tracer.scene.frame import Frame, PlainFrame
@@ -24,65 +24,73 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Round:
-    """One round of samples: what was asked for and what it took."""
+    """One round: its samples and the time it took."""
 
     samples: int
+    """Samples of the round, of all pixels together."""
     least: int
-    """Fewest samples that any pixel has after the round, and most."""
+    """Fewest samples that any pixel has after the round."""
     most: int
+    """Most samples that any pixel has after the round."""
     seconds: float
+    """Seconds that the round took."""
 
 
 @dataclass
 class Report:
-    """What was decided, and why, and what it took. Seconds are wall-clock seconds."""
+    """What was decided in a render and why, and how long it took. Seconds are wall-clock seconds."""
 
     settings: Settings
+    """The settings of the render, with their defaults."""
     rounds: list[Round] = field(default_factory=list)
+    """Every round that was drawn, in order."""
     notes: list[str] = field(default_factory=list)
-    """Sentences for a person: fallbacks, samples that were not finite, an interruption."""
+    """Sentences for a person about fallbacks, samples that were not finite, or an interruption."""
     unwritten: list[str] = field(default_factory=list)
     """Sentences about files that could not be written while the render went on, such as its checkpoint."""
     stopped_by: Reason | None = None
-    """What ended the render: its budget (spp), the noise target, the time, or a person. None while it goes on."""
+    """What ended the render: its budget (spp), the noise target, the time, or a person. None while it is under way."""
     spp: float = 0.0
-    """Mean samples per pixel that were drawn, those that only decided, or were not finite, too; what was asked for, or
-    may be drawn at most, is in ``settings``."""
+    """Mean samples per pixel that were drawn, including those that only decided or were not finite. The number that was
+    asked for is in ``settings``."""
     noise: float | None = None
     """Error that ``noise_share`` of the pixels are estimated to keep within; None without a noise target."""
     converged: float | None = None
     """Share of the pixels that are estimated to be within the noise target; None without one."""
     light_given_back: float = 0.0
-    """Part of the picture's mean that was lost by deciding, and given back: see ``tracer.film.bias``."""
+    """Part of the picture's mean that decisions had lost and that was given back, see ``tracer.film.bias``."""
     pixels_at_most: int = 0
-    """Pixels that have as many samples as any may have."""
+    """Number of pixels that have as many samples as a pixel may have."""
     histogram: dict[str, int] = field(default_factory=dict)
-    """How many pixels have how many samples, by powers of two: "8-15" and so on."""
+    """Number of pixels by range of samples, between powers of two: "8-15" and so on."""
     seconds_drawing: float = 0.0
-    """Of this, drawing the samples of the picture; the rest is overhead."""
+    """Seconds of drawing the samples of the picture; all others are overhead."""
     seconds_pilot: float = 0.0
+    """Seconds of tracing pilot rays."""
     seconds_deciding: float = 0.0
-    """Importance and allocation."""
+    """Seconds of computing importance and allocation."""
     seconds_statistics: float = 0.0
-    """Adding samples to the estimate, and developing the image."""
+    """Seconds of adding samples to the estimate and developing the image."""
     elsewhere: dict[str, Any] = field(default_factory=dict)
-    """Where workers drew: how many there were at the end, units, and bytes that travelled."""
+    """For a render on workers: how many there were at the end, units, and bytes that travelled. Else empty."""
     seconds_features: float = 0.0
+    """Seconds of drawing the features that were asked for."""
     seconds_denoising: float = 0.0
+    """Seconds of denoising: of the result, and of earlier pictures for the objective ``denoised``."""
 
     @property
     def complete(self) -> bool:
-        """Whether the render went on until its samples were spent, its noise was low enough or its time was over."""
+        """Whether the render went on until its budget was spent, its noise target was met or its time was over."""
         return self.stopped_by != "person"
 
     def note(self, text: str, once: str = "") -> None:
-        """Add a note, unless it is there already, as after a resume, or one that begins with ``once``."""
+        """Add a note, unless it is there already, as after a resume, or a note that begins with ``once`` is."""
         if text not in self.notes and (not once or not any(note.startswith(once) for note in self.notes)):
             self.notes.append(text)
 
     def describe(self, frame: Frame, statistics: Statistics, done: int, noise: Noise | None) -> None:
-        """Say what became of the pixels of the image; ``done``: samples that were drawn."""
-        count, invalid = (each[frame.inner] for each in (statistics.count, statistics.invalid))
+        """Fill in what is known of the pixels at the end; ``done``: samples that were drawn, of all pixels together."""
+        count, invalid = (values[frame.inner] for values in (statistics.count, statistics.invalid))
         lost = int(statistics.invalid.sum())
         if lost:
             self.note(
@@ -91,66 +99,68 @@ class Report:
             )
         self.spp = done / frame.pixel_count
         if not self.complete:
-            most = f"at most {self.settings.spp}" if self.settings.is_open else self.settings.spp
-            self.note(f"Stopped after {mean_count(self.spp)} samples per pixel, of {most}.")
+            asked_for = f"at most {self.settings.spp}" if self.settings.is_open else self.settings.spp
+            self.note(f"Stopped after {mean_count(self.spp)} samples per pixel, of {asked_for}.")
         self.pixels_at_most = int(np.count_nonzero(count + invalid >= self.settings.most_samples))
         self.histogram = histogram(count)
         if noise is not None and self.settings.noise is not None:
             self.noise, self.converged = noise.error, noise.converged
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain numbers, strings, lists and dictionaries, for JSON."""
+        """Return the report as plain numbers, strings, lists and dictionaries, for JSON."""
         plain = {name: getattr(self, name) for name in vars(self) if name not in ("settings", "rounds")}
-        rounds = [vars(one) for one in self.rounds]
+        rounds = [vars(round_of_samples) for round_of_samples in self.rounds]
         return {"settings": self.settings.model_dump(), "rounds": rounds, "complete": self.complete, **plain}
 
 
 def histogram(count: NDArray[np.uint32]) -> dict[str, int]:
-    """Return how many of some counts lie in each range between powers of two, by "first-last"; empty ends left out."""
+    """Return how many counts lie between powers of two, by "first-last"; empty ranges at both ends are left out."""
     exponents = np.frexp(count.astype(np.float64))[1]  # count = m 2^e with m in [0.5, 1)
-    found = {}
+    numbers = {}
     for exponent in range(int(exponents.min()), int(exponents.max()) + 1):
         first, last = (1 << exponent) // 2, max((1 << exponent) - 1, 0)
-        found[str(first) if first == last else f"{first}-{last}"] = int(np.count_nonzero(exponents == exponent))
-    return found
+        numbers[str(first) if first == last else f"{first}-{last}"] = int(np.count_nonzero(exponents == exponent))
+    return numbers
 
 
 @dataclass(frozen=True)
 class Result:
-    """A picture and what is known about it."""
+    """A picture and all that is known about it."""
 
     image: NDArray[np.float32]
     """(H, W, C), linear, channels as ``channels`` names them."""
     samples: NDArray[np.uint32]
-    """(H, W): samples of each pixel, those left out as not finite not counted."""
+    """(H, W): samples of each pixel, without those that were left out because they were not finite."""
     stderr: NDArray[np.float32]
     """(H, W, C): estimated standard error of ``image``."""
     complexity: NDArray[np.float32]
     """(H, W): entropy in bits of the shape IDs that pilot rays hit; zeros if the criterion needs no pilot."""
     importance: NDArray[np.float32]
-    """(H, W): by which the last round was shared out; zeros if all pixels were to have the same."""
+    """(H, W): importance by which the last round was allocated; zeros if all pixels were to have the same."""
     cost: NDArray[np.float32]
     """(H, W): mean rays of one sample."""
     noisy: NDArray[np.float32] | None
-    """(H, W, 1 or 3): the colours of ``image`` before its noise was taken out; None if it was not."""
+    """(H, W, 1 or 3): the colours of ``image`` before it was denoised; None if it was not."""
     seen: Seen | None
-    """What the camera's rays hit first, if it was asked for."""
+    """What the camera's rays hit first; None if it was not asked for."""
     channels: list[str]
+    """Names of the channels of ``image``."""
     window: tuple[int, int, int, int]
     """x and y of the picture within the film, and width and height of the film."""
     seconds: float
     """Wall-clock seconds from the first pilot ray to the developed image."""
     report: Report
+    """What was decided in the render and why, and how long it took."""
 
     @property
     def rgb(self) -> NDArray[np.float32]:
-        """(H, W, 3): the colours of ``image`` in linear sRGB, whatever its channels are; without alpha and AOVs."""
+        """(H, W, 3): the colours of ``image`` in linear sRGB, whatever its channels are, without alpha and AOVs."""
         height, width = self.image.shape[:2]
         frame = PlainFrame((height, width), 0, self.channels, 0, self.window)
         return np.asarray(frame.rgb(self.image), np.float32)
 
     def _repr_html_(self) -> str:
-        """Show picture and sample counts side by side in Jupyter."""
+        """Return the picture and its sample counts side by side, as HTML for Jupyter."""
         pictures = "".join(
             f'<figure style="display:inline-block;margin:4px"><img src="data:image/png;base64,{data}">'
             f"<figcaption>{caption}</figcaption></figure>"
@@ -163,11 +173,11 @@ class Result:
 
 
 NAMED = 8
-"""Most pixels that a note names one by one."""
+"""Most pixels that a note lists by their coordinates."""
 
 
 def empty_pixels(empty: NDArray[np.bool_]) -> str:
-    """Return a clause that names the pixels (H, W) of the image that have no sample of their own."""
+    """Return a clause that names the pixels without a finite sample, which ``empty`` (H, W) marks; "" if none is."""
     rows, columns = np.nonzero(empty)
     if len(rows) == 0:
         return ""

@@ -14,16 +14,18 @@ from tracer.errors import SettingsError
 from tracer.image.objective import OBJECTIVES
 
 MOST_PILOT_RAYS = 16
+"""Most pilot rays per pixel: more would tell nothing new."""
 UNBIASED_SHARE = 32
-"""Samples that decide and are then thrown away are two rounds of this part of the budget. Where it is less than one
-sample, they cost more than they bring: the render is uniform, unless pilot_spp is set."""
+"""In an unbiased render, samples that decide and are then thrown away are drawn in two rounds of spp / UNBIASED_SHARE.
+Where that is less than one sample they cost more than they gain: the render is uniform, unless pilot_spp is set."""
 
 
 MOST_SPP = 2**24
+"""Most mean samples per pixel that a person may ask for."""
 OPEN_SPP = {"noise": 4096, "time": 65536}
 """Bound on the mean samples per pixel where only a noise target, or only a time, is given."""
 MOST_WEIGHT = 1e6
-"""Of a shape: beyond it float32 would lose what is not weighted."""
+"""Largest weight of a shape: beyond it float32 would lose the importance of everything else."""
 
 
 class Settings(BaseModel):
@@ -32,48 +34,49 @@ class Settings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     spp: int = Field(64, ge=1, le=MOST_SPP)
-    """Mean samples per pixel: the budget, pilot included. With ``noise`` or ``time`` a bound, of 4096 or 65536."""
+    """Mean samples per pixel: the budget, pilot included. With ``noise`` or ``time`` a bound: 4096 or 65536 if None."""
     noise: float | None = Field(None, gt=0, le=1e6)
-    """Stop when ``noise_share`` of the pixels are estimated to be off by no more: by this part of their brightness if
-    the objective is relative (see ``tracer.adaptive.convergence``)."""
+    """Stop when ``noise_share`` of the pixels are estimated to be off by at most this: by this part of their brightness
+    if the objective is relative (see ``tracer.adaptive.convergence``)."""
     noise_share: float = Field(0.95, gt=0, lt=1)
     """Share of the pixels for which ``noise`` is to hold."""
     time: float | None = Field(None, gt=0, le=1e9)
-    """Stop in time to be done after so many seconds, start-up included; every pixel gets a sample all the same."""
+    """Stop in time to be done after this many seconds, start-up included. Every pixel gets a sample in any case."""
     seed: int = Field(0, ge=0, lt=2**32)
+    """Seed of all random numbers; the same seed gives the same picture."""
     criterion: str = "fused"
-    """Where it is worth it: a name of ``tracer.criteria``; "uniform" gives every pixel the same."""
+    """Rule that decides where samples go, a name of ``tracer.criteria``; "uniform" gives all pixels the same."""
     objective: str = "relative"
-    """Which error is to be small: absolute, relative, display, or denoised, which is what denoising leaves of relative.
-    Relative, as the eye sees ratios, and as a picture of high dynamic range is looked at with exposures that are not
-    known yet; display if the exposure is."""
+    """Which error is to be minimised: absolute, relative, display, or denoised, the relative error after denoising.
+    Relative suits the eye, which sees ratios, and pictures of high dynamic range, whose exposure is chosen later;
+    display suits pictures whose exposure is known."""
     exposure: float = Field(0.0, ge=-64, le=64)
     """Stops by which the picture will be brightened before it is looked at: what is too dark or clips needs less. The
-    noise target, of every objective, is one of the brightened picture."""
+    noise target of every objective is that of the brightened picture."""
     pilot_spp: int | None = Field(None, ge=1)
-    """Rays per pixel that look first: ID rays, and samples of the first round. None: 4; when unbiased, 2 to 8."""
+    """Pilot rays per pixel, and samples per pixel of the first round. None: 4, or 2 to 8 when unbiased."""
     min_spp: int | None = Field(None, ge=1)
     """Least samples of any pixel. None: an eighth of spp."""
     max_spp: int | None = Field(None, ge=1)
     """Most samples of any pixel. None: 32 times spp."""
     cost: Literal["none", "rays"] = "none"
-    """What a sample is taken to cost by the allocation: the same everywhere, or the rays it traces. The second draws
-    fewer samples where paths are long; on twelve scenes its error was the same within 2 % in the same time, and 5 %
-    more with the same number of samples."""
+    """What the allocation takes a sample to cost: the same everywhere (none), or the rays that it traces (rays). With
+    rays it draws fewer samples where paths are long; on twelve scenes the error was the same within 2 % in the same
+    time, and 5 % larger with the same number of samples."""
     importance: str | None = None
-    """Image file whose values multiply the importance of each pixel: a mask or a weight, scaled to the picture."""
+    """Image file whose values multiply the importance of each pixel: a mask or weights, scaled to the picture."""
     shape_weights: dict[str, float] = Field(default_factory=dict)
-    """Factors of the importance of what shapes cover, by ``tracer.scene.shape_names``; or "lamp=4, floor=0.5"."""
+    """Factors of the importance where shapes are seen, by ``tracer.scene.shape_names``; or "lamp=4, floor=0.5"."""
     block: int = Field(1, ge=1, le=64)
     """Side in pixels of the squares over which the complexity of IDs is measured."""
 
     unbiased: bool = False
-    """Whether the samples that decide are kept out of the picture; they count towards spp all the same."""
+    """Whether the samples that decide are left out of the picture; they count towards spp in any case."""
 
     @model_validator(mode="before")
     @classmethod
     def open_ended(cls, values: Any) -> Any:
-        """Let a noise target or a time decide where no number of samples is given."""
+        """Set the bound of OPEN_SPP if a noise target or a time, but no number of samples, is given."""
         if isinstance(values, dict) and values.get("spp") is None:
             limit = next((name for name in OPEN_SPP if values.get(name) is not None), None)
             values = {name: value for name, value in values.items() if name != "spp"}
@@ -91,13 +94,13 @@ class Settings(BaseModel):
     @field_validator("pilot_spp", "min_spp", "max_spp", mode="before")
     @classmethod
     def bound_is_no_switch(cls, value: Any) -> Any:
-        """Reject True and False for a number that may be missing."""
+        """Reject True and False for a number that may be None."""
         return cls.number_is_no_switch(value)
 
     @field_validator("shape_weights", mode="before")
     @classmethod
     def weights_from_text(cls, value: Any) -> Any:
-        """Read weights from text; shapes may be named by number."""
+        """Read weights from text such as "lamp=4, floor=0.5" or from a dictionary; shapes may be given by number."""
         if isinstance(value, dict):
             return {str(plain(name)): weight for name, weight in value.items()}
         if not isinstance(value, str):
@@ -110,7 +113,7 @@ class Settings(BaseModel):
     @field_validator("shape_weights")
     @classmethod
     def weights_are_weights(cls, weights: dict[str, float]) -> dict[str, float]:
-        """Reject a weight that is none."""
+        """Reject a weight that is negative, too large, or not a number."""
         for name, weight in weights.items():
             if not 0 <= weight <= MOST_WEIGHT:
                 raise ValueError(f"shape_weights: the weight of '{name}' must be 0 to {MOST_WEIGHT:g} (was {weight:g})")
@@ -141,18 +144,18 @@ class Settings(BaseModel):
             name = "noise" if self.noise is not None else "time"
             raise ValueError(f"{name} cannot be combined with unbiased, which must know its samples beforehand")
         if self.noise is not None and self.noise >= 1 and self.objective != "absolute":
-            of = "what a screen shows" if self.objective == "display" else "the brightness"
-            raise ValueError(f"noise must be below 1, as it is a part of {of}: 0.05 is 5 % (was {self.noise:g})")
-        left = self.spp - 2 * self.pilot_samples
-        if self.unbiased and not self.too_small and self.min_spp is not None and self.min_spp > left:
+            quantity = "what a screen shows" if self.objective == "display" else "the brightness"
+            raise ValueError(f"noise must be below 1, as it is a part of {quantity}: 0.05 is 5 % (was {self.noise:g})")
+        spp_left = self.spp - 2 * self.pilot_samples
+        if self.unbiased and not self.too_small and self.min_spp is not None and self.min_spp > spp_left:
             raise ValueError(
-                f"min_spp ({self.min_spp}) must not exceed the {left} of {self.spp} spp left when unbiased"
+                f"min_spp ({self.min_spp}) must not exceed the {spp_left} of {self.spp} spp left when unbiased"
             )
         return self
 
     @property
     def is_open(self) -> bool:
-        """Whether something else than the number of samples may end the render."""
+        """Whether a noise target or a time may end the render before its samples are spent."""
         return self.noise is not None or self.time is not None
 
     @property
@@ -164,14 +167,14 @@ class Settings(BaseModel):
 
     @property
     def too_small(self) -> bool:
-        """Whether the budget leaves nothing to decide after the samples that teach."""
+        """Whether the budget leaves nothing to decide after the first samples, from which a criterion learns."""
         if self.unbiased:
             return self.spp < UNBIASED_SHARE if self.pilot_spp is None else self.spp <= 2 * self.pilot_samples
         return self.spp < 2 * self.pilot_samples
 
     @property
     def pilot_rays(self) -> int:
-        """ID rays per pixel: one alone hits one thing, more than MOST_PILOT_RAYS would tell nothing new."""
+        """Pilot rays per pixel, 2 to MOST_PILOT_RAYS: a single ray hits only one thing, and so shows no difference."""
         return min(max(self.pilot_spp or 4, 2), MOST_PILOT_RAYS)
 
     @property
@@ -194,25 +197,28 @@ def make_settings(**values: Any) -> Settings:
 
 
 def in_one_sentence(error: ValidationError, fields: list[str] | None = None) -> str:
-    """Return all of pydantic's complaints; ``fields`` as for ``explain``."""
+    """Return all of pydantic's complaints as one sentence; ``fields``: as for ``explain``."""
     text = "; ".join(explain(detail, fields) for detail in error.errors())
     return text if text.endswith("?") else f"{text}."
 
 
 def check_settings(**values: Any) -> None:
-    """Check settings to which spp and objective may still come; what depends on them is checked then."""
+    """Check settings that may lack spp and objective; what depends on these is checked when they are known.
+
+    Raises SettingsError.
+    """
     if "spp" not in values:
-        lower = [values.get(name) for name in ("min_spp", "pilot_spp")]
-        values["spp"] = max([1, *(int(text) for one in lower if (text := str(one)).isdecimal())])
+        lower_bounds = [values.get(name) for name in ("min_spp", "pilot_spp")]
+        values["spp"] = max([1, *(int(text) for bound in lower_bounds if (text := str(bound)).isdecimal())])
         values["unbiased"] = False
-    values.setdefault("objective", "absolute")  # the scene may say, and with it any noise is one
+    values.setdefault("objective", "absolute")  # the scene may set another; with this one any noise target is valid
     make_settings(**values)
 
 
 def explain(detail: Any, fields: list[str] | None = None) -> str:
     """Return one of pydantic's complaints as a clause that names the setting, the rule and the value.
 
-    ``fields``: the names that exist, those of Settings unless given.
+    ``fields``: the names that exist; None: those of Settings.
     """
     name = ".".join(str(part) for part in detail["loc"])
     if detail["type"] == "missing":

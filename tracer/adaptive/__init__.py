@@ -1,1 +1,1 @@
-"""Decisions, and nothing else: who gets the samples of the next round, and when there are enough."""
+"""Decisions alone: which pixels get the samples of the next round, and when there are enough samples."""

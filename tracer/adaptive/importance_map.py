@@ -1,4 +1,4 @@
-"""What the person wants more of: a mask or weight image, and weights of shapes. Both multiply every importance."""
+"""Weights of what the person wants more of, from a mask or weight image and for shapes; they multiply importance."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from tracer.settings import Settings
 def importance_weights(
     view: View, settings: Settings, sampler: Any, importance: Any = None, remark: Tell = silent
 ) -> Floats:
-    """Return what importance is multiplied by (grid), >= 0 and not zero everywhere.
+    """Return the weights (grid) by which importance is multiplied, >= 0 and not zero everywhere.
 
-    ``importance``: an array (H, W) instead of the file that ``settings`` name; ``remark`` hears if it had to be scaled.
+    ``importance``: an array (H, W) in place of the file that ``settings`` name; ``remark`` is told if it was scaled.
     Raises SettingsError.
     """
-    whole = np.ones(view.grid)
+    weights = np.ones(view.grid)
     if importance is None and settings.importance is not None:
         importance = read_image(settings.importance)
     if importance is not None:
@@ -36,18 +36,18 @@ def importance_weights(
         if values.shape != view.size:
             sizes = [f"{width} x {height}" for height, width in (values.shape, view.size)]
             remark(f"The importance is {sizes[0]} pixels and the picture {sizes[1]}: it was scaled.")
-        whole = whole * on_grid(view, values)
+        weights = weights * on_grid(view, values)
     if settings.shape_weights:
         table = weight_table(view, settings.shape_weights)
-        whole = whole * pilot.mean_over_shapes(view, sampler, settings.seed, settings.pilot_rays, table)
-    if not whole.any():
+        weights = weights * pilot.mean_over_shapes(view, sampler, settings.seed, settings.pilot_rays, table)
+    if not weights.any():
         name = "shape_weights" if importance is None else "importance"
         raise SettingsError(f"{name}: nothing is wanted, it is zero in every pixel; mark what matters with 1.")
-    return whole
+    return weights
 
 
 def read_image(path: str) -> Floats:
-    """Return the values of an image file (H, W) as they are, the mean of colours. Raises SettingsError."""
+    """Return the values (H, W) of an image file as they are stored, the mean of its colours. Raises SettingsError."""
     try:
         return read_values(Path(path))
     except ScoreError as error:
@@ -55,7 +55,7 @@ def read_image(path: str) -> Floats:
 
 
 def check_image(importance: Any) -> Floats:
-    """Return an importance image as floats (H, W). Raises SettingsError for one that is no image of weights."""
+    """Return an importance image as floats (H, W) >= 0. Raises SettingsError if it is no such image."""
     try:
         values = np.asarray(importance, np.float64)
     except (TypeError, ValueError):
@@ -70,14 +70,17 @@ def check_image(importance: Any) -> Floats:
 
 
 def on_grid(view: View, values: Floats) -> Floats:
-    """Return an image scaled to the picture, its edge repeated over the border of the film."""
+    """Return an image (H, W) scaled to the picture, with its edge repeated over the border of the film (grid)."""
     if values.shape != view.size:
         values = np.maximum(resize(values, view.size, order=1, anti_aliasing=True), 0.0)
     return np.pad(values, view.border, mode="edge")
 
 
 def weight_table(view: View, weights: dict[str, float]) -> Any:
-    """Return weights of shapes as mi.Float, by Mitsuba's number of a shape; 1 for those not named."""
+    """Return the weights of shapes (mi.Float), at Mitsuba's numbers of the shapes; 1 for shapes that are not named.
+
+    ``weights``: by a name of the shape, see ``find_shapes``. Raises SettingsError.
+    """
     numbered = [
         (number_of_shape(shape), weights[name])
         for name, shapes in find_shapes(view.scene, list(weights)).items()

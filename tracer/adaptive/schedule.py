@@ -1,4 +1,4 @@
-"""How a budget is cut up in time: which rounds there are between decisions, and when there is none any more."""
+"""The rounds of a render: how large each one is, and when there is no further round."""
 
 from __future__ import annotations
 
@@ -10,20 +10,22 @@ from tracer.criteria import Criterion
 from tracer.settings import Settings
 
 GROWTH = 2.0
-"""After a round there are about this many times the samples that were there before it."""
+"""Factor, about, by which a round increases the samples drawn."""
 
 
 PRIORITY_GROWTH = 1.3
-"""The same where pixels are served by priority: those that are get as many again as they have, so that it is a few."""
+"""The same factor for criteria that serve pixels by priority: a pixel served gets as many samples again as it has, so
+that a round serves a few pixels only."""
 
 
 def round_goals(settings: Settings, needs_radiance: bool, pixel_count: int, growth: float = GROWTH) -> list[int]:
-    """Return the samples drawn in all after each round.
+    """Return the samples drawn in all, of all pixels together, after each round.
 
-    A criterion that learns gets a round that is the same for all pixels, and then such as grow by ``growth``; only the
-    last may grow by less or more, so that a larger budget begins in the same way. If those that taught are to be held
-    out there are two equal ones and a last one. Others have one round, unless more than the budget may end the render,
-    and so has a budget that leaves nothing to decide. Where time is limited, a first round has one sample a pixel.
+    A criterion that learns from radiance gets a first round that is the same for all pixels, and then rounds that
+    multiply the samples by ``growth``. Only the last round may grow by less or more, so that a larger budget begins in
+    the same way. If the samples that decide are left out of the picture, there are two equal rounds and a last one.
+    Other criteria have one round, unless something else than the budget may end the render; so has a budget that leaves
+    nothing to decide. Where time is limited, there is an additional first round with one sample per pixel.
     """
     spp, pilot = settings.spp, settings.pilot_samples
     if settings.too_small or not (needs_radiance or settings.is_open):
@@ -41,32 +43,35 @@ def round_goals(settings: Settings, needs_radiance: bool, pixel_count: int, grow
 
 
 class Schedule:
-    """Says whether another round is drawn, and how large it is, until there is a reason to stop."""
+    """Decides whether another round is drawn, and how large it is, until there is a reason to stop."""
 
     def __init__(
         self, settings: Settings, criterion: Criterion, pixel_count: int, clock: Clock, measures_noise: bool
     ) -> None:
-        """``clock``: has the limit of time, if there is one; ``measures_noise``: whether that is done after rounds."""
+        """``clock``: has the limit of time, if there is one; ``measures_noise``: whether noise is measured."""
         growth = PRIORITY_GROWTH if criterion.spends == "priority" else GROWTH
         self.settings, self.pixel_count, self.clock = settings, pixel_count, clock
         self.goals = round_goals(settings, criterion.needs_radiance, pixel_count, growth)
         self.measures_noise = measures_noise
         self.noise: Noise | None = None
-        """What was measured last, if it is measured."""
+        """The noise that was measured last; None before that."""
         self.stopped_by: Reason | None = None
 
     @property
     def budget(self) -> int:
-        """The most samples that are drawn in all."""
+        """The most samples that are drawn, of all pixels together."""
         return self.settings.spp * self.pixel_count
 
     def next_goal(self, done: int) -> int | None:
-        """Return how many samples there are to be after the next round; None if there is a reason to stop."""
+        """Return the samples that are to be drawn in all after the next round; None if there is a reason to stop.
+
+        ``done``: samples drawn so far, of all pixels together.
+        """
         if self.stopped_by is not None:
             return None
         goal, self.stopped_by = next_goal(self.goals, done, self.settings, self.noise, self.clock)
         return goal
 
     def is_last(self, goal: int) -> bool:
-        """Return whether a round that ends with ``goal`` samples spends the budget."""
+        """Return whether a round that ends with ``goal`` samples spends the whole budget."""
         return goal == self.goals[-1]

@@ -1,1 +1,1 @@
-"""What cheap rays hit, and how complex that is."""
+"""What cheap rays hit, and measures of how complex it is."""

@@ -1,4 +1,4 @@
-"""Entropy and its kin: pure functions of counts and values.
+"""Entropy and related measures: pure functions of counts and values.
 
 Logarithms are to base 2 unless said otherwise, as in the paper this project comes from (Plemenos, Sbert and Feixas,
 "On viewpoint complexity of 3D scenes", section 3).
@@ -52,7 +52,7 @@ def renyi(counts: ArrayLike, order: float) -> Floats:
 
 
 def contrast(values: ArrayLike) -> Floats:
-    """Return 1 - H / log K of values >= 0 (..., K): 0 if all are equal (all zero too), 1 if only one is not zero.
+    """Return 1 - H / log K of values >= 0 (..., K): 0 if all are equal (even if all are 0), 1 if a single one is not 0.
 
     Equations 7 and 10 of J. Rigau, M. Feixas and M. Sbert, "Entropy-based adaptive sampling", Graphics Interface 2003.
     """
@@ -61,10 +61,10 @@ def contrast(values: ArrayLike) -> Floats:
 
 
 def kullback_leibler(values: ArrayLike) -> Floats:
-    """Return the divergence ln K - H in nats of values >= 0 (..., K), as shares of their sum, from uniform.
+    """Return the divergence ln K - H in nats of values >= 0 (..., K), as shares of their sum, from uniform shares.
 
-    This and the next two: J. Rigau, M. Feixas and M. Sbert, "Refinement criteria based on f-divergences", EGSR 2003.
-    All are 0 where all values are zero.
+    This measure and the next two are from J. Rigau, M. Feixas and M. Sbert, "Refinement criteria based on
+    f-divergences", EGSR 2003. All three are 0 where all values are 0.
     """
     values = np.asarray(values, np.float64)
     divergence = np.log(values.shape[-1]) - entropy(values) * np.log(2)
@@ -87,21 +87,21 @@ def viewpoint_complexity(areas: ArrayLike, surfaces: int, image_area: float) -> 
     """Return C(V) = (1/n) sum ceil(P_i / (P_i + 1)) + (1/r) sum P_i, in (0, 2] (the paper, section 3.1).
 
     ``areas`` (..., K): projected area P_i of each surface, background excluded, in the unit of ``image_area`` = r.
-    ``surfaces`` = n: how many surfaces the scene has. The first term is the share of surfaces that are visible: the
-    printed formula has lost the brackets of the ceiling, which its text explains.
+    ``surfaces`` = n: number of surfaces of the scene. The first term is the share of surfaces that are visible; the
+    printed formula lacks the brackets of the ceiling, which the paper's text explains.
     """
     areas = np.asarray(areas, np.float64)
     return np.count_nonzero(areas > 0, axis=-1) / surfaces + areas.sum(axis=-1) / image_area
 
 
 def shares(multiplicity: ArrayLike) -> Floats:
-    """Return p_j = m_j / K of rays (..., K) from the number m_j of rays, of these K, that hit what ray j hit."""
+    """Return p_j = m_j / K of K rays (..., K); m_j is the number of these rays that hit the same thing as ray j."""
     multiplicity = np.asarray(multiplicity, np.float64)
     return multiplicity / multiplicity.shape[-1]
 
 
 def ray_mean(values: Floats) -> Floats:
-    """Return the mean over the last axis, K rays: for few of them a product is ten times as fast as NumPy's mean."""
+    """Return the mean over the last axis, K rays. For few rays this product is ten times as fast as NumPy's mean."""
     return values @ np.full(values.shape[-1], 1.0 / values.shape[-1])
 
 
@@ -111,7 +111,11 @@ def ray_entropy(multiplicity: ArrayLike) -> Floats:
 
 
 def ray_viewpoint(multiplicity: ArrayLike, hit: ArrayLike, surfaces: int) -> Floats:
-    """Return C(V) as ``viewpoint_complexity`` with K rays (..., K) as image; ``hit``: which of them see a surface."""
+    """Return ``viewpoint_complexity`` C(V) of an image of K rays.
+
+    ``multiplicity`` (..., K): as for ``shares``; ``hit`` (..., K): whether each ray hits a surface; ``surfaces``:
+    number of surfaces of the scene.
+    """
     hit = np.asarray(hit, bool)
     visible = np.rint(np.where(hit, 1.0 / np.asarray(multiplicity, np.float64), 0.0).sum(axis=-1))
     return visible / max(surfaces, 1) + hit.mean(axis=-1)

@@ -1,1 +1,1 @@
-"""What everything else stands on: LLVM, arrays on the device, directions, hashes, words of messages."""
+"""What everything else builds on: LLVM, arrays on the device, directions, hashes, the wording of messages."""

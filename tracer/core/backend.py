@@ -1,8 +1,8 @@
 """The only place that finds LLVM and sets the Mitsuba variant.
 
-Dr.Jit needs a libLLVM at run time, and not every one will do: on an AVX-512 machine versions 15 and 16 load and then
-abort the process at the first render, and a Debian 12 offers 15 first. So the library is chosen, and its version read,
-before Dr.Jit sees it.
+Dr.Jit needs a libLLVM at run time, and not every version will do: on an AVX-512 machine versions 15 and 16 load and
+then abort the process at the first render, and a Debian 12 offers version 15 first. So the library is chosen, and its
+version is read, before Dr.Jit sees it.
 """
 
 from __future__ import annotations
@@ -20,12 +20,16 @@ from pathlib import Path
 from tracer.errors import BackendError
 
 DEFAULT_VARIANT = "llvm_ad_rgb"
+"""Mitsuba variant that is activated if no other is active or asked for."""
 MINIMUM_LLVM = 17
+"""Oldest major version of LLVM that is used: versions 15 and 16 abort the process on an AVX-512 machine."""
 VARIABLE = "DRJIT_LIBLLVM_PATH"
+"""Environment variable in which a user, or this module, names the libLLVM file that Dr.Jit loads."""
 REMEDY = (
     f"install version {MINIMUM_LLVM} or newer, for example with 'pip install karellen-llvm-core' "
     f"or 'apt-get install libllvm19', or set {VARIABLE} to the file of one"
 )
+"""What to do about an LLVM that is missing or cannot be used, as the end of a message."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +55,7 @@ def packaged_library() -> Path | None:
 
 
 def point_to_library() -> None:
-    """Point Dr.Jit to the packaged libLLVM, unless the user has named one. Must run before a variant is set."""
+    """Point Dr.Jit to the packaged libLLVM, unless the user has named another. Must run before a variant is set."""
     if not os.environ.get(VARIABLE):
         packaged = packaged_library()
         if packaged is not None:
@@ -59,7 +63,7 @@ def point_to_library() -> None:
 
 
 def read_version(path: Path) -> tuple[int, int, int]:
-    """Return the version of a libLLVM file without giving it to Dr.Jit. Raises BackendError for anything else."""
+    """Return the version of a libLLVM file without giving it to Dr.Jit. Raises BackendError for any other file."""
     if not path.is_file():
         raise BackendError(f"{VARIABLE} names '{path}', which is not a file: {REMEDY}.")
     try:
@@ -85,7 +89,10 @@ def require_usable(library: Library) -> Library:
 
 
 def named_library() -> Library | None:
-    """Return the checked library that the environment (or the packaged wheel) names, or None if neither does."""
+    """Return the checked library that the environment or the packaged wheel names, or None if neither names one.
+
+    Raises BackendError if the named library cannot be used.
+    """
     point_to_library()
     value = os.environ.get(VARIABLE)
     if not value:
@@ -103,14 +110,14 @@ def loaded_library() -> Library:
     maps = Path("/proc/self/maps")
     if maps.exists():
         files = {line.split()[-1] for line in maps.read_text().splitlines() if "libLLVM" in line}
-        # Our own check may have opened another one; the name tells the versions apart.
+        # Our own check may have opened another library, of another version: the version is part of the file's name.
         named = [file for file in files if f".so.{version[0]}" in file or f"LLVM-{version[0]}" in file]
         path = Path(min(named or files, default=str(path)))
     return Library(path, (version[0], version[1], version[2]))
 
 
 def reload_plugins(old_variant: str | None, new_variant: str) -> None:
-    """Register our plugins under the variant that became active (a Mitsuba callback: plugins are known per variant)."""
+    """Register our plugins under the variant that became active: Mitsuba calls this, and knows plugins per variant."""
     importlib.reload(sys.modules["tracer.plugins"])
 
 
@@ -118,43 +125,44 @@ def activate(variant: str | None = None) -> str:
     """Make Mitsuba ready to render and return the name of the variant.
 
     A variant that is already active is kept unless ``variant`` names another. Raises BackendError, before anything is
-    rendered, when there is no usable LLVM, or for CUDA no GPU, the variant does not exist, or cannot run wavefronts.
+    rendered, when the variant does not exist or cannot run wavefronts, when there is no usable LLVM, or, for a CUDA
+    variant, no GPU.
     """
     named_library()
     import mitsuba as mi
 
-    wanted = variant or mi.variant() or DEFAULT_VARIANT
-    if wanted not in mi.variants():
-        raise BackendError(f"There is no Mitsuba variant '{wanted}'; there are {', '.join(mi.variants())}.")
-    if not wanted.startswith(("llvm_", "cuda_")):
-        raise BackendError(f"Variant '{wanted}' renders one ray at a time; use one that starts with 'llvm_'.")
-    if mi.variant() != wanted:
-        before = mi.variant()
+    chosen = variant or mi.variant() or DEFAULT_VARIANT
+    if chosen not in mi.variants():
+        raise BackendError(f"There is no Mitsuba variant '{chosen}'; there are {', '.join(mi.variants())}.")
+    if not chosen.startswith(("llvm_", "cuda_")):
+        raise BackendError(f"Variant '{chosen}' renders one ray at a time; use one that starts with 'llvm_'.")
+    if mi.variant() != chosen:
+        previous = mi.variant()
         try:
-            mi.set_variant(wanted)
+            mi.set_variant(chosen)
         except ImportError as error:
-            if before is not None:
-                mi.set_variant(before)  # Mitsuba is left without one
-            raise BackendError(why_not(wanted, error)) from None
-    if wanted.startswith("llvm_"):
-        require_usable(loaded_library())  # not the one named, if something imported Dr.Jit before us
+            if previous is not None:
+                mi.set_variant(previous)  # the failed call leaves no variant active
+            raise BackendError(why_not(chosen, error)) from None
+    if chosen.startswith("llvm_"):
+        require_usable(loaded_library())  # not the named library, if something imported Dr.Jit first
     importlib.import_module("tracer.plugins")
-    return wanted
+    return chosen
 
 
 def why_not(variant: str, error: Exception) -> str:
-    """Return a sentence about a variant that Mitsuba could not start: what is missing, and what to do."""
+    """Return a sentence about a variant that Mitsuba could not start: what is missing and what to do."""
     import mitsuba as mi
 
-    said = " ".join(str(error).split()).rstrip(".")
+    reason = " ".join(str(error).split()).rstrip(".")
     if variant.startswith("llvm_"):
-        return f"Mitsuba could not start variant '{variant}' ({said}): {REMEDY}."
-    instead = DEFAULT_VARIANT.replace("rgb", variant.rpartition("_ad_")[2])
-    instead = instead if instead in mi.variants() else DEFAULT_VARIANT
-    missing = f"its driver has none to offer ({said})" if has_cuda_driver() else "that driver is not installed"
+        return f"Mitsuba could not start variant '{variant}' ({reason}): {REMEDY}."
+    alternative = DEFAULT_VARIANT.replace("rgb", variant.rpartition("_ad_")[2])
+    alternative = alternative if alternative in mi.variants() else DEFAULT_VARIANT
+    missing = f"its driver has none to offer ({reason})" if has_cuda_driver() else "that driver is not installed"
     return (
         f"Variant '{variant}' needs an NVIDIA GPU with its driver, and {missing}; "
-        f"see what 'nvidia-smi' says, or render on the processor with the variant '{instead}'."
+        f"see what 'nvidia-smi' says, or render on the processor with the variant '{alternative}'."
     )
 
 

@@ -1,8 +1,8 @@
-"""From NumPy to the device.
+"""Copy NumPy arrays to the device, and small computations on the device.
 
-On a processor Dr.Jit takes the memory of a NumPy array for its own and reads it in packets: up to 15 entries beyond the
-last, which now and then is memory that the process does not have. And it compiles kernels anew for each alignment of
-what they read. So arrays are copied to where there is room behind them, at an address as Dr.Jit chooses its own.
+On a processor Dr.Jit uses the memory of a NumPy array as its own and reads it in packets: up to 15 entries beyond the
+last, which now and then is memory that the process does not have. It also compiles a kernel anew for each alignment of
+the arrays that the kernel reads. So arrays are copied to memory with room behind it, aligned as Dr.Jit aligns its own.
 """
 
 from __future__ import annotations
@@ -18,8 +18,9 @@ from numpy.typing import ArrayLike, NDArray
 from tracer.core.arrays import Floats
 
 ALIGNMENT = 64
+"""Every array that is uploaded begins at an address that is a multiple of this many bytes, as Dr.Jit's own do."""
 ROOM = 16 * 8
-"""Bytes behind an array: a packet of the widest entries."""
+"""Bytes that are kept free behind an uploaded array: a packet of 16 entries of the widest type, 8 bytes each."""
 KINDS = {
     dr.VarType.Bool: np.bool_,
     dr.VarType.Int32: np.int32,
@@ -29,41 +30,42 @@ KINDS = {
     dr.VarType.Float32: np.float32,
     dr.VarType.Float64: np.float64,
 }
+"""NumPy type of the entries of a device array, by Dr.Jit's type of them."""
 
 
 def upload(kind: Any, array: ArrayLike) -> Any:
-    """Return an array of any shape and numbers, row by row, as a device array of a kind, such as mi.Float."""
+    """Return numbers of any shape, row by row, as a device array of type ``kind``, such as mi.Float."""
     return kind(with_room(np.asarray(array, numpy_kind(kind))))
 
 
 def numpy_kind(kind: Any) -> Any:
-    """Return the NumPy type of the entries of a device array, or of a kind of them."""
+    """Return the NumPy type of the entries of a device array, or of a type of device arrays such as mi.Float."""
     return KINDS[dr.type_v(kind)]
 
 
 def upload_tensor(array: ArrayLike) -> Any:
-    """Return an array of numbers as a mi.TensorXf of its shape."""
+    """Return an array of numbers as an mi.TensorXf of the same shape."""
     return mi.TensorXf(upload(mi.Float, array), np.shape(array))
 
 
 def with_room(array: NDArray) -> NDArray:
-    """Return a flat copy of an array that is aligned, with ROOM behind it."""
+    """Return a flat copy of an array that begins at a multiple of ALIGNMENT bytes and has ROOM bytes behind it."""
     memory = np.empty(ALIGNMENT + array.nbytes + ROOM, np.uint8)
     begin = -memory.ctypes.data % ALIGNMENT
-    found = memory[begin : begin + array.nbytes].view(array.dtype)
-    found.reshape(array.shape)[...] = array
-    return found
+    copy = memory[begin : begin + array.nbytes].view(array.dtype)
+    copy.reshape(array.shape)[...] = array
+    return copy
 
 
 def divide(number: Any, divisor: int) -> tuple[Any, Any]:
-    """Return quotient and remainder of a mi.UInt32 by a number that is not compiled into the kernel."""
+    """Return quotient and remainder of an mi.UInt32 by ``divisor``, which does not become part of the kernel's code."""
     opaque = dr.opaque(mi.UInt32, divisor)
     quotient = number // opaque
     return quotient, number - quotient * opaque
 
 
 def to_unit(bits: Any) -> Any:
-    """Return mi.UInt32 as mi.Float in [0, 1)."""
+    """Return random bits (mi.UInt32) as numbers in [0, 1) (mi.Float)."""
     return mi.Float(bits >> 8) * (1.0 / (1 << 24))
 
 
@@ -74,31 +76,37 @@ def gather_rows(rows: Floats, index: Any) -> Any:
 
 
 def number_of_shape(shape: Any) -> int:
-    """Return the number, from 1, by which kernels know a shape of Mitsuba."""
+    """Return the number, from 1, that stands for a shape of Mitsuba in kernels."""
     return int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))[0])
 
 
 def table_by_shape(shapes: Sequence[Any], values: ArrayLike) -> Any:
-    """Return mi.UInt32 that hold the value of each shape at the number of it, 0 where there is no shape."""
+    """Return a table (mi.UInt32) of the shapes' ``values``, each at its shape's number; 0 where there is no shape."""
     numbers = [number_of_shape(shape) for shape in shapes]
     table = np.zeros(max(numbers, default=0) + 1, np.uint32)
     table[numbers] = values
     return upload(mi.UInt32, table)
 
 
-def numbers_hit(found: Any) -> tuple[Any, Any]:
-    """Return the numbers (mi.UInt32) of the instance and the shape that were hit, 0 for none."""
-    return dr.reinterpret_array(mi.UInt32, found.instance), dr.reinterpret_array(mi.UInt32, found.shape)
+def numbers_hit(intersection: Any) -> tuple[Any, Any]:
+    """Return the numbers (mi.UInt32) of the instance and the shape that rays hit, 0 for none.
+
+    ``intersection``: from ``ray_intersect`` or ``ray_intersect_preliminary`` of a scene.
+    """
+    return dr.reinterpret_array(mi.UInt32, intersection.instance), dr.reinterpret_array(mi.UInt32, intersection.shape)
 
 
 def multiplicity(ids: Any, group: int) -> Any:
-    """Return for each ID (mi.UInt32) how many of the ``group`` consecutive IDs it belongs to are equal to it."""
+    """Return for each ID (mi.UInt32) how many IDs of its group are equal to it, itself included.
+
+    Each ``group`` consecutive IDs form one group.
+    """
     start = divide(dr.arange(mi.UInt32, dr.width(ids)), group)[0] * dr.opaque(mi.UInt32, group)
     end = start + dr.opaque(mi.UInt32, group)
 
-    def step(other: Any, equal: Any) -> tuple[Any, Any]:
-        same = dr.gather(mi.UInt32, ids, other) == ids
-        return other + 1, equal + dr.select(same, mi.UInt32(1), mi.UInt32(0))
+    def step(position: Any, equal: Any) -> tuple[Any, Any]:
+        is_equal = dr.gather(mi.UInt32, ids, position) == ids
+        return position + 1, equal + dr.select(is_equal, mi.UInt32(1), mi.UInt32(0))
 
-    _, equal = dr.while_loop((start, dr.zeros(mi.UInt32, dr.width(ids))), lambda other, _: other < end, step)
+    _, equal = dr.while_loop((start, dr.zeros(mi.UInt32, dr.width(ids))), lambda position, _: position < end, step)
     return equal

@@ -1,4 +1,4 @@
-"""Packages that only some commands need, and what is said where one is not installed."""
+"""Packages that only some commands need, and the error for one that is not installed."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from tracer.errors import MissingPackageError
 def require_package(module: str, package: str, purpose: str, extra: str) -> ModuleType:
     """Import and return a module of an optional package.
 
-    ``purpose``: what needs it, as the beginning of a sentence; ``extra``: which part of tracer brings it. Raises
-    MissingPackageError if it is not installed.
+    ``purpose``: what needs the package, as the beginning of a sentence; ``extra``: the optional part of tracer that
+    installs it. Raises MissingPackageError if it is not installed.
     """
     try:
         return importlib.import_module(module)

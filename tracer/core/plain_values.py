@@ -1,4 +1,4 @@
-"""What a caller gives, as plain values of Python, or one sentence about what is wrong with it."""
+"""Turn what a caller gives into plain values of Python, or into one sentence about what is wrong with it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from tracer.errors import SettingsError
 
 
 def plain(value: Any) -> Any:
-    """Return a number of any library, such as NumPy's, as Python's own, and anything else as it is."""
+    """Return a number of another library, such as NumPy's, as a number of Python; anything else as it is."""
     if isinstance(value, str | bytes | bool | int | float):
         return value
     if getattr(value, "shape", None) == () and hasattr(value, "item"):
@@ -21,7 +21,7 @@ def plain(value: Any) -> Any:
 
 
 def whole_number(name: str, value: Any) -> int:
-    """Return a whole number. Raises SettingsError with one sentence that names it."""
+    """Return ``value`` as an int. Raises SettingsError, with ``name`` in its sentence, if it is no whole number."""
     number = plain(value)
     if isinstance(number, bool) or not isinstance(number, int):
         raise SettingsError(f"{name}: write a whole number (was {value!r}).")
@@ -29,7 +29,10 @@ def whole_number(name: str, value: Any) -> int:
 
 
 def whole_numbers(name: str, value: Any, count: int, meaning: str) -> tuple[int, ...]:
-    """Return ``count`` whole numbers, of which a message says the ``meaning``. Raises SettingsError."""
+    """Return ``value`` as a tuple of ``count`` ints.
+
+    ``name`` and ``meaning``: how the message calls them, and what it says they stand for. Raises SettingsError.
+    """
     try:
         numbers = tuple(plain(entry) for entry in value)
     except TypeError:

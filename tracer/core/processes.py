@@ -9,13 +9,13 @@ import sys
 from typing import Any
 
 PARENT_DEATH_SIGNAL = 1
-"""PR_SET_PDEATHSIG of Linux's prctl."""
+"""Number of the operation PR_SET_PDEATHSIG of Linux's ``prctl``: choose the signal that a parent's death sends."""
 
 
 def die_with(parent: int) -> None:
-    """Let this process be killed when its parent is, as nobody could stop it then (Linux only).
+    """Let this process be killed when the process ``parent`` ends, as nobody could stop it afterwards (Linux only).
 
-    The system does that, so it holds for a process that hangs, too.
+    The system kills it, so this works even if this process hangs.
     """
     if sys.platform != "linux":
         return

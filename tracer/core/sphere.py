@@ -11,10 +11,11 @@ from tracer.core.arrays import Floats
 
 Integers = NDArray[np.int64]
 GOLDEN = (1 + 5**0.5) / 2
+"""The golden ratio."""
 
 
 def normalised(vectors: ArrayLike) -> Floats:
-    """Return vectors (..., 3) at unit length. Raises ValueError for one without length."""
+    """Return vectors (..., 3) scaled to unit length. Raises ValueError for a vector of length 0."""
     vectors = np.asarray(vectors, np.float64)
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     if not np.all(length > 0):
@@ -23,7 +24,7 @@ def normalised(vectors: ArrayLike) -> Floats:
 
 
 def octants() -> tuple[Floats, Integers]:
-    """Return the ends of the three axes (6, 3) and the 8 spherical triangles between them (8, 3), as in the paper."""
+    """Return the ends of the three axes (6, 3) and the spherical triangles between them (8, 3), as in the paper."""
     axes = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], np.float64)
     triangles = [(x, y, z) if (x + y + z) % 2 == 0 else (x, z, y) for x in (0, 1) for y in (2, 3) for z in (4, 5)]
     return axes, np.array(triangles)
@@ -33,8 +34,8 @@ def octants() -> tuple[Floats, Integers]:
 def icosphere(level: int) -> tuple[Floats, Integers]:
     """Return directions (10 * 4^level + 2, 3) and triangles (20 * 4^level, 3), counter-clockwise from outside.
 
-    The icosahedron, each triangle split in four ``level`` times; level 3 has the 642 viewpoints of X. Bonaventura and
-    others, "A survey of viewpoint selection methods for polygonal models", Entropy 20(5), 2018.
+    These are the icosahedron's, with each triangle split in four ``level`` times. Level 3 has the 642 viewpoints of
+    X. Bonaventura and others, "A survey of viewpoint selection methods for polygonal models", Entropy 20(5), 2018.
     """
     if level == 0:
         corners = [(0, s, t * GOLDEN) for s in (-1, 1) for t in (-1, 1)]
@@ -59,14 +60,14 @@ def outward(points: Floats, face: tuple[int, int, int]) -> tuple[int, int, int]:
 
 
 def split(points: Floats, triangles: Integers) -> tuple[Floats, Integers]:
-    """Return all spherical triangles split in four at the middles of their edges, with the points that takes."""
-    edges, which = np.unique(np.sort(sides(triangles), axis=-1).reshape(-1, 2), axis=0, return_inverse=True)
-    middle = len(points) + which.reshape(-1, 3)
+    """Return points, and triangles (4 T, 3): each triangle (T, 3) split in four at the middles of its edges."""
+    edges, edge_numbers = np.unique(np.sort(sides(triangles), axis=-1).reshape(-1, 2), axis=0, return_inverse=True)
+    middle = len(points) + edge_numbers.reshape(-1, 3)
     a, b, c = triangles.T
     ab, bc, ca = middle.T
     parts = [(a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca)]
-    found = np.stack([np.stack(part, axis=-1) for part in parts], axis=1).reshape(-1, 3)
-    return np.concatenate([points, normalised(points[edges].sum(axis=1))]), found
+    split_triangles = np.stack([np.stack(part, axis=-1) for part in parts], axis=1).reshape(-1, 3)
+    return np.concatenate([points, normalised(points[edges].sum(axis=1))]), split_triangles
 
 
 def sides(triangles: Integers) -> Integers:
@@ -75,20 +76,20 @@ def sides(triangles: Integers) -> Integers:
 
 
 def neighbours(triangles: Integers) -> list[Integers]:
-    """Return for each point the points that it shares an edge with, in ascending order."""
+    """Return for each point the numbers of the points that it shares an edge with, in ascending order."""
     edges = np.unique(np.sort(sides(triangles).reshape(-1, 2), axis=-1), axis=0)
-    both = np.concatenate([edges, edges[:, ::-1]])
-    both = both[np.lexsort((both[:, 1], both[:, 0]))]
-    return np.split(both[:, 1], np.searchsorted(both[:, 0], np.arange(1, int(triangles.max()) + 1)))
+    directed = np.concatenate([edges, edges[:, ::-1]])
+    directed = directed[np.lexsort((directed[:, 1], directed[:, 0]))]
+    return np.split(directed[:, 1], np.searchsorted(directed[:, 0], np.arange(1, int(triangles.max()) + 1)))
 
 
 def middle(a: ArrayLike, b: ArrayLike) -> Floats:
-    """Return the middle of the shorter great arc between directions that are not opposite."""
+    """Return the middle (..., 3) of the shorter great arc between directions that are not opposite."""
     return normalised(np.asarray(a, np.float64) + np.asarray(b, np.float64))
 
 
 def angle(a: ArrayLike, b: ArrayLike) -> Floats:
-    """Return the angle in radians between directions (..., 3), exact for small ones too (W. Kahan)."""
+    """Return the angle in radians between directions (..., 3), exact for small angles too (W. Kahan)."""
     a, b = np.asarray(a, np.float64), np.asarray(b, np.float64)
     return 2 * np.arctan2(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1))
 
@@ -117,15 +118,15 @@ def evenly(count: int) -> Floats:
 
 
 def frame(direction: ArrayLike, up: ArrayLike = (0.0, 0.0, 1.0)) -> tuple[Floats, Floats]:
-    """Return (right, up) (..., 3) of cameras that look along ``direction``.
+    """Return the directions (right, up), (..., 3) each, of cameras that look along ``direction``.
 
-    Where ``up`` is along it, another is taken.
+    Where ``up`` is parallel to ``direction``, another direction takes its place.
     """
     direction = normalised(direction)
     up = np.broadcast_to(normalised(up), direction.shape)
-    other = np.roll(up, 1, axis=-1)  # not along it, unless all three components are equal
-    if np.allclose(other, up):
-        other = np.array([1.0, 0.0, 0.0])
-    along = np.abs(np.sum(direction * up, axis=-1, keepdims=True)) > 1 - 1e-6
-    right = normalised(np.cross(direction, np.where(along, other, up)))
+    replacement = np.roll(up, 1, axis=-1)  # not parallel to it, unless all three components are equal
+    if np.allclose(replacement, up):
+        replacement = np.array([1.0, 0.0, 0.0])
+    is_parallel = np.abs(np.sum(direction * up, axis=-1, keepdims=True)) > 1 - 1e-6
+    right = normalised(np.cross(direction, np.where(is_parallel, replacement, up)))
     return right, np.cross(right, direction)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import importlib.metadata
 
 DISTRIBUTION = "mitsuba-tracer"
-"""Its name for ``pip``. What is imported is ``tracer``; on package indexes that name is another project's."""
+"""Name of this distribution for ``pip``. Its package is imported as ``tracer``, a name that belongs to another project
+on package indexes."""
 
 
 def version() -> str:

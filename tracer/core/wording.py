@@ -1,4 +1,4 @@
-"""How a message names an option: as the reader writes it, who is at a command line or calls from Python."""
+"""How a message names an option: as its reader writes it, at a command line or in Python."""
 
 from __future__ import annotations
 
@@ -8,19 +8,20 @@ from contextvars import ContextVar
 from typing import Any
 
 Tell = Callable[[str], Any]
-"""Tells a person something in a sentence."""
+"""Function that tells a person one sentence."""
 
 
 def silent(sentence: str) -> None:
-    """Tell nobody."""
+    """Take a sentence and tell nobody."""
 
 
 on_command_line: ContextVar[bool] = ContextVar("on_command_line", default=False)
+"""Whether messages are read at a command line, rather than by a caller from Python."""
 
 
 @contextmanager
 def speaking_to_command_line() -> Iterator[None]:
-    """Let messages name options of the command line for as long as the block runs."""
+    """Let messages name options as a command line has them for as long as the block runs."""
     token = on_command_line.set(True)
     try:
         yield
@@ -31,7 +32,7 @@ def speaking_to_command_line() -> Iterator[None]:
 def option(name: str, value: str = "") -> str:
     """Return how an option is written: "--checkpoint-every 4" at a command line, "checkpoint_every=4" in Python.
 
-    ``name`` is that of Python's keyword. Without a ``value`` it is a switch, which is on.
+    ``name``: Python's keyword. Without a ``value`` the option is a switch that is turned on.
     """
     if on_command_line.get():
         return f"--{name.replace('_', '-')} {value}".rstrip()

@@ -1,9 +1,9 @@
-"""One file per idea of "where is it worth it": arrays in, importance out.
+"""Criteria: rules that decide where samples are worth it, one file for each rule.
 
-A criterion is a function of Evidence that returns the importance of each pixel: samples are given in proportion to it.
-To add one, put a file in this folder with a function under ``@criterion(...)``: every module here is found by itself.
-Code elsewhere may use the decorator too, and import its module before rendering; ``tracer.render`` takes a function
-without it as well.
+A criterion is a function from Evidence to the importance of each pixel, and samples are allocated by importance. To add
+a criterion, put a file in this folder with a function under ``@criterion(...)``: every module here is imported. Code
+elsewhere may use the decorator too, if its module is imported before rendering. ``tracer.render`` also takes a function
+without the decorator.
 """
 
 from tracer.criteria.registry import Criterion, Evidence, criterion, get, import_file, is_function, name_of, names

@@ -1,9 +1,10 @@
 """Contrast between the brightest and the darkest sample of a pixel.
 
-D. Mitchell, "Generating antialiased images at low sampling densities", SIGGRAPH 1987: (Imax - Imin) / (Imax + Imin) of
-red, green and blue against thresholds of their own; one channel above its threshold is enough to refine. Here all three
-thresholds are lowered together until the budget is spent. Mitchell looked at the samples around a pixel, here they are
-those of the pixel. A black sample beside a lit one is full contrast, however dark both are.
+D. Mitchell, "Generating antialiased images at low sampling densities", SIGGRAPH 1987, compares
+(Imax - Imin) / (Imax + Imin) of red, green and blue with a threshold for each; a single channel above its threshold is
+enough to refine. Here all three thresholds are lowered together until the budget is spent. Mitchell took the samples
+around a pixel; here they are those of the pixel. A black sample beside a lit one is full contrast, however dark both
+are.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from tracer.criteria.colour import Sums, colours, divided, grey_as_rgb, known, r
 from tracer.criteria.registry import Evidence, criterion
 
 THRESHOLDS = np.array([0.4, 0.3, 0.6])
-"""Of red, green and blue."""
+"""Mitchell's thresholds for the contrast of red, green and blue."""
 
 
 def extremes(colour: list[Any], index: Any) -> Sums:
@@ -27,9 +28,9 @@ def extremes(colour: list[Any], index: Any) -> Sums:
 
 @criterion("contrast", needs_radiance=True, spends="priority", moments=extremes)
 def contrast(evidence: Evidence) -> Floats:
-    """Return the largest of contrast over threshold (H, W), 0 to 1 / 0.3."""
+    """Return the largest ratio of contrast to threshold over channels (H, W), 0 to 1 / 0.3."""
     channels, peaks = evidence.colour_channels, np.maximum(known(evidence).peaks, -np.finfo(np.float32).max)
     brightest = np.maximum(colours(peaks, channels), 0.0)
     darkest = np.maximum(-colours(peaks, channels, 1), 0.0)
-    of_channels = divided(brightest - darkest, brightest + darkest)
-    return ranked((grey_as_rgb(of_channels) / THRESHOLDS).max(axis=-1), evidence)
+    channel_contrast = divided(brightest - darkest, brightest + darkest)
+    return ranked((grey_as_rgb(channel_contrast) / THRESHOLDS).max(axis=-1), evidence)

@@ -1,4 +1,4 @@
-"""f-divergences of a pixel's samples, as shares of their sum, from uniform shares; and their square roots.
+"""f-divergences of a pixel's samples, taken as shares of their sum, from uniform shares; and their square roots.
 
 J. Rigau, M. Feixas and M. Sbert, "Refinement criteria based on f-divergences", EGSR 2003. With c_i the N samples of a
 channel and p_i = c_i / sum c:
@@ -7,9 +7,10 @@ channel and p_i = c_i / sum c:
     chi-square        N sum p_i^2 - 1         = mean((c - mean(c))^2) / mean(c)^2
     Hellinger         1 - sum sqrt(p_i / N)   = 1 - mean(sqrt c) / sqrt(mean(c))
 
-The criterion is (1 / N) sum_k w_k c_k D_k / sum_k w_k over channels, or the same with sqrt(D_k): a pixel is refined
-while it is above a threshold, which is lowered until the budget is spent. D is like a variance and its root like a
-standard deviation, and samples in proportion to that are best. The right-hand sides need no single sample.
+The criterion is (1 / N) sum_k w_k c_k D_k / sum_k w_k over channels, or the same with sqrt(D_k). A pixel is refined
+while the criterion is above a threshold, which is lowered until the budget is spent. D is like a variance and its root
+like a standard deviation, and it is best to draw samples in proportion to the latter. The right-hand sides need means
+alone, and no list of samples.
 """
 
 from __future__ import annotations
@@ -35,25 +36,25 @@ def roots(colour: list[Any], index: Any) -> Sums:
 
 
 def kullback_leibler_of(evidence: Evidence) -> Floats:
-    """Return the divergence (H, W, C) in nats, from ``logarithms``; 0 to ln N."""
-    mean, of_logarithms = mean_colour(evidence), colours(known(evidence).moments, evidence.colour_channels)
+    """Return the Kullback-Leibler divergence (H, W, C) in nats, from ``logarithms``; 0 to ln N."""
+    mean, mean_of_logarithms = mean_colour(evidence), colours(known(evidence).moments, evidence.colour_channels)
     logarithm = np.log(mean, out=np.zeros_like(mean), where=mean > 0)
-    divergence = np.where(mean > 0, divided(of_logarithms, mean) - logarithm, 0.0)
+    divergence = np.where(mean > 0, divided(mean_of_logarithms, mean) - logarithm, 0.0)
     return beyond_rounding(divergence, evidence, 1.0 + np.abs(logarithm))
 
 
 def chi_square_of(evidence: Evidence) -> Floats:
-    """Return the divergence (H, W, C), from mean and variance; 0 to N - 1."""
+    """Return the chi-square divergence (H, W, C), from mean and variance; 0 to N - 1."""
     mean, count = mean_colour(evidence), known(evidence).count[..., None].astype(np.float64)
-    most = np.maximum(count - 1.0, 0.0)
-    of_all = colours(known(evidence).variance, evidence.colour_channels) * divided(most, count)
-    return np.minimum(divided(of_all, mean**2), most)  # beyond N - 1 only by samples that are negative
+    largest = np.maximum(count - 1.0, 0.0)
+    squared_deviation = colours(known(evidence).variance, evidence.colour_channels) * divided(largest, count)
+    return np.minimum(divided(squared_deviation, mean**2), largest)  # only negative samples bring it above N - 1
 
 
 def hellinger_of(evidence: Evidence) -> Floats:
-    """Return the divergence (H, W, C), from ``roots``; 0 to 1 - 1 / sqrt N."""
-    mean, of_roots = mean_colour(evidence), colours(known(evidence).moments, evidence.colour_channels)
-    return beyond_rounding(np.where(mean > 0, 1.0 - divided(of_roots, np.sqrt(mean)), 0.0), evidence)
+    """Return the Hellinger divergence (H, W, C), from ``roots``; 0 to 1 - 1 / sqrt N."""
+    mean, mean_of_roots = mean_colour(evidence), colours(known(evidence).moments, evidence.colour_channels)
+    return beyond_rounding(np.where(mean > 0, 1.0 - divided(mean_of_roots, np.sqrt(mean)), 0.0), evidence)
 
 
 def refinement(evidence: Evidence, divergence: Floats) -> Floats:

@@ -7,9 +7,10 @@ import numpy as np
 from tracer.core.arrays import Floats
 
 FLOOR = 0.3
-"""Without it allocating by geometry loses to uniform sampling on most scenes; with it it is harmless."""
+"""Floor under the root of a measure, 0 to 1. Without it, allocation by geometry loses to uniform sampling on most
+scenes; with it, it does no harm."""
 
 
 def over_floor(measure: Floats) -> Floats:
-    """Return sqrt(sqrt(m) + FLOOR) of a measure (H, W) of variance, 0 to 1, that knows nothing but geometry."""
+    """Return sqrt(sqrt(m) + FLOOR) of a measure m (H, W) of variance, 0 to 1, that is computed from geometry alone."""
     return np.sqrt(np.sqrt(np.clip(measure, 0.0, 1.0)) + FLOOR)

@@ -1,17 +1,17 @@
-"""Geometry as prior, radiance as data: a regression that the scene itself decides.
+"""Geometry as prior and radiance as data, combined by a regression whose coefficients each scene determines.
 
-What an allocation needs is the error that a pixel's *next* samples will have, and there is a measurement of it: how far
-the mean of the last round lies from the mean of all samples before it. That is one number a pixel, unbiased and very
-noisy. So it is regressed on predictors that were known before the round: the variance of the pixel's samples smoothed
-over several widths, the contrast between neighbouring pixels, and that contrast where pilot rays saw an edge of shapes
-or faces (for two regions of contrast D the variance in a pixel is exactly D^2 / 2 times the Gini index of its IDs).
-Coefficients are not negative, and fitted anew in every round: where edges rule they weigh the edges, where noise is
-heavy they weigh the smoothest estimate, and where nothing predicts anything only the constant is left, which is uniform
-sampling. As the difference of means is that of the real, stratified sequence, predictors of what stratification takes
-care of by itself weigh less than their variance says.
+An allocation needs the error that a pixel's *next* samples will have, and this can be measured: it is how far the mean
+of the last round lies from the mean of all samples before it. That is one number per pixel, unbiased and very noisy. So
+it is regressed on predictors that were known before the round: the variance of the pixel's samples smoothed over
+several widths, the contrast between neighbouring pixels, and that contrast where pilot rays saw an edge of shapes or
+faces (for two regions of contrast D the variance in a pixel is exactly D^2 / 2 times the Gini index of its IDs).
+Coefficients are not negative and are fitted anew in every round. Where edges dominate they weigh the edges, where noise
+is heavy they weigh the smoothest estimate, and where nothing predicts anything only the constant is left, which is
+uniform sampling. As the difference of means comes from the real, stratified sequence, predictors of noise that
+stratification removes by itself get less weight than their variance suggests.
 
-Stacked regression: L. Breiman, Machine Learning 24, 1996. Complexity of a pixel as the measure
-of the samples it needs: D. Plemenos, M. Sbert and M. Feixas, section 4.4, here with Gini-Simpson in place of Shannon.
+Stacked regression: L. Breiman, Machine Learning 24, 1996. Complexity of a pixel as the measure of the samples that it
+needs: D. Plemenos, M. Sbert and M. Feixas, section 4.4, here with Gini-Simpson in place of Shannon.
 """
 
 from __future__ import annotations
@@ -29,33 +29,34 @@ from tracer.criteria.registry import Evidence, criterion
 from tracer.film.estimate import Statistics
 
 FINE = (0.5, 1.0)
-"""Standard deviations in pixels of the narrow Gaussians over which variances are smoothed."""
+"""Standard deviations, in pixels, of the narrow Gaussians over which variances are smoothed."""
 COARSE = (7, 13)
-"""Widths in pixels of the boxes for wide smoothing; their deviations are 2 and 3.7 pixels."""
+"""Widths, in pixels, of the boxes over which variances are smoothed widely; their deviations are 2 and 3.7 pixels."""
 OUTLIER = 30.0
-"""A difference of means counts at most this many times what was predicted: one firefly must not fit the whole scene."""
+"""A squared difference of means counts at most this many times its prediction, so that no firefly decides the fit."""
 ITERATIONS = 4
+"""Number of fits in a round, each weighted by the prediction of the one before."""
 GUESS_FLOOR = 0.1
-"""Least deviation of a first guess, relative to the mean."""
+"""Deviation that is added to every pixel of a first guess, relative to the mean deviation."""
 FIT_PIXELS = 1 << 13
-"""The regression looks at about so many pixels, evenly spread."""
+"""Number of pixels, about, that the regression examines; they are evenly spread."""
 SMALLEST = 1e-6
 """Least predicted error of a pixel, relative to the mean."""
 
 
 @criterion("fused", needs_radiance=True, spends="deviation")
 def fused(evidence: Evidence) -> Floats:
-    """Return the square root of the predicted error, times that of the objective's weight."""
-    known, before, memory = evidence.statistics, evidence.before, evidence.memory
-    assert known is not None
+    """Return the root of the predicted squared error (H, W), weighted by the objective."""
+    statistics, before, memory = evidence.statistics, evidence.before, evidence.memory
+    assert statistics is not None
     weight = evidence.weight_before
     if before is None or weight is None:
-        return first_guess(known, evidence)
+        return first_guess(statistics, evidence)
     edges = memory.get("edges") or smooth_gini(evidence.complexity)
     past = memory.get("predictors") or predictors(before, weight, evidence.colour_channels, edges)
-    present = predictors(known, evidence.weight, evidence.colour_channels, edges)
+    present = predictors(statistics, evidence.weight, evidence.colour_channels, edges)
     memory.update(edges=edges, predictors=present)
-    observed, valid = error_of_means(before, known, weight, evidence.colour_channels)
+    observed, valid = error_of_means(before, statistics, weight, evidence.colour_channels)
     chosen = np.flatnonzero(valid)[spread_out(valid.size, FIT_PIXELS)]
     columns = np.stack([column.ravel()[chosen] for column in past], axis=-1).astype(np.float64)
     errors = observed.ravel()[chosen]
@@ -65,32 +66,34 @@ def fused(evidence: Evidence) -> Floats:
     return np.sqrt(np.maximum(predicted, SMALLEST * predicted.mean()))
 
 
-def first_guess(known: Statistics, evidence: Evidence) -> Floats:
-    """Return a standard deviation (H, W) before there is anything to fit: that of a pixel and its neighbours."""
-    variance = channel_mean(known.variance, evidence.colour_channels) * evidence.weight.astype(np.float32)
+def first_guess(statistics: Statistics, evidence: Evidence) -> Floats:
+    """Return a standard deviation (H, W) for rounds without anything to fit: that of a pixel and its neighbours."""
+    variance = channel_mean(statistics.variance, evidence.colour_channels) * evidence.weight.astype(np.float32)
     deviation = np.sqrt(np.maximum(gaussian_filter(variance, FINE[-1], mode="nearest"), 0))
     return (deviation + GUESS_FLOOR * deviation.mean()).astype(np.float64)
 
 
 def error_of_means(
-    before: Statistics, known: Statistics, weight: Floats, channels: int
+    before: Statistics, statistics: Statistics, weight: Floats, channels: int
 ) -> tuple[Floats, NDArray[np.bool_]]:
     """Return (m_2 - m_1)^2 / (1/n_1 + 1/n_2), weighted and averaged over colour channels, and where it is known.
 
-    m_1 is the mean of the n_1 samples before the last round, m_2 that of its n_2 samples. For independent samples the
-    expectation is the variance of one sample.
+    m_1 is the mean of the n_1 samples before the last round, and m_2 the mean of the n_2 samples of that round. For
+    independent samples the expectation is the variance of one sample.
     """
-    first, total = before.count.astype(np.float32), known.count.astype(np.float32)
-    second = total - first
-    valid = (first > 0) & (second > 0)
-    # m_2 - m_1 from the mean of all: (m - m_1) n / n_2
-    squared = channel_mean((known.mean - before.mean) ** 2, channels) * (total / np.maximum(second, 1)) ** 2
-    per_sample = squared * first * second / np.maximum(total, 1)
+    first_count, total_count = before.count.astype(np.float32), statistics.count.astype(np.float32)
+    second_count = total_count - first_count
+    valid = (first_count > 0) & (second_count > 0)
+    # m_2 - m_1 from the mean m of all n samples: (m - m_1) n / n_2
+    squared = (
+        channel_mean((statistics.mean - before.mean) ** 2, channels) * (total_count / np.maximum(second_count, 1)) ** 2
+    )
+    per_sample = squared * first_count * second_count / np.maximum(total_count, 1)
     return np.where(valid, per_sample * weight, 0.0), valid
 
 
 def combine(columns: list[Singles], coefficients: Floats) -> Floats:
-    """Return the sum of columns (H, W) times coefficients."""
+    """Return the sum (H, W) of ``columns``, (H, W) each, times their coefficients (K,)."""
     total = np.zeros(columns[0].shape)
     for column, coefficient in zip(columns, coefficients, strict=True):
         if coefficient > 0:
@@ -99,7 +102,10 @@ def combine(columns: list[Singles], coefficients: Floats) -> Floats:
 
 
 def predictors(statistics: Statistics, weight: Floats, channels: int, edges: Sequence[Singles]) -> list[Singles]:
-    """Return the K predictors of the error of each pixel, (H, W) each, all of them non-negative variances."""
+    """Return the K predictors of the squared error of each pixel, (H, W) each: variances >= 0.
+
+    ``weight`` (H, W): that of the objective; ``edges``: what ``smooth_gini`` returns.
+    """
     weight = weight.astype(np.float32)
     variance = channel_mean(statistics.variance, channels) * weight
     fine = [gaussian_filter(variance, deviation, mode="nearest") for deviation in FINE]
@@ -108,13 +114,13 @@ def predictors(statistics: Statistics, weight: Floats, channels: int, edges: Seq
     noise = fine[-1] / np.maximum(statistics.count, 1).astype(np.float32)
     contrast = np.maximum(difference * weight - noise, 0.0)
     shape, face = edges
-    # Contrast times Gini index of IDs: the variance that the edges seen by pilot rays explain.
+    # Contrast times the Gini index of IDs is the variance that the edges seen by pilot rays explain.
     explained = [contrast * shape, contrast * face, gaussian_filter(contrast, 1.0, mode="nearest") * shape]
     return [*fine, *coarse, np.full_like(variance, variance.mean()), contrast, *explained]
 
 
 def channel_mean(values: NDArray, channels: int) -> Singles:
-    """Return the mean over the first ``channels`` of (H, W, C)."""
+    """Return the mean (H, W) over the first ``channels`` channels of ``values`` (H, W, C)."""
     total = values[..., 0].copy()
     for k in range(1, channels):
         total += values[..., k]
@@ -122,22 +128,22 @@ def channel_mean(values: NDArray, channels: int) -> Singles:
 
 
 def smooth_gini(complexity: Complexity) -> list[Singles]:
-    """Return the Gini indices of shape and face IDs, each the mean over 3 x 3 neighbours."""
+    """Return the Gini indices of shape IDs and of face IDs, (H, W) each, averaged over 3 x 3 neighbours."""
     indices = (complexity.shape_gini, complexity.face_gini)
     return [uniform_filter(gini.astype(np.float32), 3, mode="nearest") for gini in indices]
 
 
 def local_variance(values: Singles) -> Singles:
-    """Return the variance of values (H, W) over 3 x 3 neighbours."""
+    """Return the variance (H, W) of ``values`` (H, W) over 3 x 3 neighbours."""
     mean = uniform_filter(values, 3, mode="nearest")
     return np.maximum(uniform_filter(values**2, 3, mode="nearest") - mean**2, 0.0)
 
 
 def fit(past: Floats, observed: Floats) -> Floats:
-    """Return coefficients >= 0 (K,) of ``past`` (N, K) for ``observed`` (N,).
+    """Return the coefficients >= 0 (K,) with which columns of ``past`` (N, K) predict ``observed`` (N,) best.
 
-    Least squares in relative terms, since a squared difference scatters in proportion to its expectation: each round
-    divides by the prediction of the one before.
+    They are fitted by least squares in relative terms, as a squared difference scatters in proportion to its
+    expectation: each iteration divides by the prediction of the one before.
     """
     scale = past.mean(axis=0)
     scale[scale <= 0] = 1.0
@@ -145,7 +151,7 @@ def fit(past: Floats, observed: Floats) -> Floats:
     prediction = columns.mean(axis=1) * (observed.mean() / max(columns.mean(), 1e-300))
     coefficients = np.zeros(past.shape[1])
     for _ in range(ITERATIONS):
-        if not prediction.mean() > 0:  # no error was observed, or none that a predictor explains
+        if not prediction.mean() > 0:  # no error was observed, or no predictor explains it
             break
         level = np.maximum(prediction, 1e-3 * prediction.mean() + 1e-300)
         coefficients = non_negative(columns / level[:, None], np.minimum(observed / level, OUTLIER))
@@ -154,9 +160,10 @@ def fit(past: Floats, observed: Floats) -> Floats:
 
 
 def non_negative(columns: Floats, target: Floats) -> Floats:
-    """Return x >= 0 that minimises |columns x - target|, from the normal equations: N is large and K small.
+    """Return x >= 0 (K,) that minimises |columns x - target|, with ``columns`` (N, K) and ``target`` (N,).
 
-    With columns^T columns = R^T R the norm is |R x - R^-T columns^T target| up to a constant.
+    It is solved from the normal equations, as N is large and K small. With columns^T columns = R^T R the norm is
+    |R x - R^-T columns^T target| up to a constant.
     """
     gram = columns.T @ columns
     gram[np.diag_indices_from(gram)] *= 1.0 + 1e-9

@@ -1,15 +1,15 @@
-"""Pixel quality by generalised entropies of a pixel's samples, as shares p_i = c_i / sum c of their sum.
+"""Pixel quality by generalised entropies of a pixel's samples, taken as shares p_i = c_i / sum c of their sum.
 
 Q. Xu, M. Sbert et al., "A new adaptive sampling technique for Monte Carlo global illumination" (Tsallis) and Q. Xu,
-R. Hu, L. Xing and Y. Xu, "Adaptive sampling with Renyi entropy in Monte Carlo path tracing": quality is entropy over
-the most that N samples can have,
+R. Hu, L. Xing and Y. Xu, "Adaptive sampling with Renyi entropy in Monte Carlo path tracing": quality is the entropy
+over the largest entropy that N samples can have,
 
     Tsallis  S = (1 - sum p^q) / (q - 1),   at most (1 - N^(1 - q)) / (q - 1)
     Renyi    R = ln(sum p^a) / (1 - a),     at most ln N
 
-and 1 - quality takes the place of Rigau's contrast (``colour_contrast``): combined over channels with the weights of
-luminance and the pixel's mean colour, and compared with a threshold, which is lowered until the budget is spent. Both
-need only mean(c^q), as sum p^q = N^(1 - q) mean(c^q) / mean(c)^q.
+and 1 - quality takes the place of Rigau's contrast (``colour_contrast``): it is combined over channels with the weights
+of luminance and the pixel's mean colour, and compared with a threshold, which is lowered until the budget is spent.
+Both need only mean(c^q), as sum p^q = N^(1 - q) mean(c^q) / mean(c)^q.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ from tracer.criteria.colour import Sums, beyond_rounding, colours, divided, know
 from tracer.criteria.registry import Evidence, criterion
 
 INDEX = 2.0
-"""q and a, not 1. The papers fit it to their scenes; with 2 the entropy is a function of the relative variance."""
+"""The index q of Tsallis and the order a of Renyi, which must not be 1. The papers fit it to their scenes; with 2 the
+entropy is a function of the relative variance."""
 
 
 def powers(colour: list[Any], index: Any) -> Sums:
@@ -33,13 +34,13 @@ def powers(colour: list[Any], index: Any) -> Sums:
 
 
 def excess(evidence: Evidence) -> Floats:
-    """Return mean(c^q) / mean(c)^q - 1 (H, W, C), 0 if all samples are equal and N^(q - 1) - 1 at most; for q > 1."""
-    mean, of_powers = mean_colour(evidence), colours(known(evidence).moments, evidence.colour_channels)
-    return beyond_rounding(np.where(mean > 0, divided(of_powers, mean**INDEX) - 1.0, 0.0), evidence, INDEX)
+    """Return mean(c^q) / mean(c)^q - 1 (H, W, C), for q > 1: 0 if all samples are equal, and at most N^(q - 1) - 1."""
+    mean, mean_of_powers = mean_colour(evidence), colours(known(evidence).moments, evidence.colour_channels)
+    return beyond_rounding(np.where(mean > 0, divided(mean_of_powers, mean**INDEX) - 1.0, 0.0), evidence, INDEX)
 
 
 def samples(evidence: Evidence) -> Floats:
-    """Return N (H, W, 1), at least 2: of one sample entropy says nothing."""
+    """Return N (H, W, 1), at least 2, as the entropy of a single sample says nothing."""
     return np.maximum(known(evidence).count, 2)[..., None].astype(np.float64)
 
 

@@ -1,14 +1,14 @@
-"""The difference between the mean of all samples and that of half of them: what production renderers look at.
+"""The difference between the mean of all samples and the mean of half of them, which production renderers use.
 
 H. Dammertz, J. Hanika, A. Keller and H. Lensch, "A hierarchical automatic stopping condition for Monte Carlo global
 illumination", WSCG 2010, per pixel as in Blender Cycles (``film/adaptive_sampling.h``, 2026) and in Mitsuba 3's pull
-request 1731, integrator ``adaptive_sampling`` (2025). With I the mean of all samples and A that of the half,
+request 1731, integrator ``adaptive_sampling`` (2025). With the mean I of all samples and the mean A of the half,
 
     E = sum_c |I_c - A_c| / (1e-4 + g(sum_c I_c)),   g(x) = sqrt(x) for x < 1, else x
 
-for an exposure of 1. A pixel goes on while E of any of its 3 x 3 neighbours is above a threshold; here the threshold is
-lowered until the budget is spent, and so a pixel counts with the largest E around it. Both programs never wake a pixel
-again once it has stopped, other than by a neighbour in Cycles; here all are looked at anew in each round.
+for an exposure of 1. A pixel goes on while E of any of its 3 x 3 neighbours is above a threshold. Here the threshold is
+lowered until the budget is spent, so a pixel counts with the largest E around it. In both programs a pixel that has
+stopped never goes on again, except by a neighbour in Cycles; here all pixels are judged anew in each round.
 """
 
 from __future__ import annotations
@@ -24,43 +24,47 @@ from tracer.criteria.colour import Sums, colours, divided, grey_as_rgb, known, r
 from tracer.criteria.registry import Evidence, criterion
 
 EPSILON = 1e-4
+"""Term in the denominator of E that keeps the error of black pixels finite."""
 FILTER_SIZE = 3
+"""Side in pixels of the window over which the largest E counts."""
 CLASS_BITS = 0xAAAAAAAA
+"""The odd places of a 32-bit index."""
 
 
 def half(colour: list[Any], chosen: Any) -> Sums:
-    """Ask for the means of the colours of chosen samples, 0 for others, and for the share of chosen samples."""
-    one = type(colour[0])(1.0)
-    return [dr.select(chosen, each, 0.0) for each in (*colour, one)], []
+    """Ask for the mean colour of chosen samples, with others as 0, and for the share of chosen samples."""
+    unit = type(colour[0])(1.0)
+    return [dr.select(chosen, quantity, 0.0) for quantity in (*colour, unit)], []
 
 
 def class_a(colour: list[Any], index: Any) -> Sums:
-    """Take class A of Cycles: samples whose index has an odd number of ones at odd places.
+    """Choose class A of Cycles: samples whose index has an odd number of ones at odd places.
 
-    Each of the classes is well spread by itself (P. Christensen, A. Kensler and C. Kilpatrick, "Progressive
+    Each class is well distributed by itself (P. Christensen, A. Kensler and C. Kilpatrick, "Progressive
     multi-jittered sample sequences", EGSR 2018, section 10.2.1).
     """
     return half(colour, (dr.popcnt(index & CLASS_BITS) & 1) == 1)
 
 
 def even(colour: list[Any], index: Any) -> Sums:
-    """Take every other sample from the first."""
+    """Choose every other sample, from the first on."""
     return half(colour, (index & 1) == 0)
 
 
 def half_buffer_error(evidence: Evidence) -> Floats:
     """Return the largest E of 3 x 3 pixels (H, W).
 
-    The half is divided by its own number, as in the pull request: Cycles takes it as half of all, and looks only when
-    it is. A pixel of which no sample, or every one, is in the half has no error yet and counts as the worst.
+    The sum of the half is divided by its own number of samples, as in the pull request; Cycles takes it to be half of
+    all samples, and looks only when it is. A pixel with no sample or with all its samples in the half has no error yet
+    and counts as the worst.
     """
     statistics, channels = known(evidence), evidence.colour_channels
     share = statistics.moments[..., channels].astype(np.float64)
     mean = grey_as_rgb(colours(statistics.mean, channels))
-    of_half = grey_as_rgb(divided(colours(statistics.moments, channels), share[..., None].repeat(channels, axis=-1)))
+    half_mean = grey_as_rgb(divided(colours(statistics.moments, channels), share[..., None].repeat(channels, axis=-1)))
     intensity = np.maximum(mean.sum(axis=-1), 0.0)
     scale = EPSILON + np.where(intensity < 1, np.sqrt(intensity), intensity)
-    error = np.abs(mean - of_half).sum(axis=-1) / scale
+    error = np.abs(mean - half_mean).sum(axis=-1) / scale
     error = ranked(np.where((share > 0) & (share < 1), error, np.nan), evidence)
     return maximum_filter(error, FILTER_SIZE, mode="nearest")
 

@@ -1,4 +1,4 @@
-"""What a criterion is given, and how it is found by name."""
+"""What a criterion is given, and the register in which it is found by name."""
 
 from __future__ import annotations
 
@@ -29,34 +29,35 @@ class Evidence:
     """All that is known when an allocation is made. Arrays are (height, width) of the pixels that are sampled."""
 
     look: Callable[[], Complexity]
-    """Traces the pilot rays, the first time it is called."""
+    """Function that returns the complexity of what pilot rays hit; it traces them when it is first called."""
     statistics: Statistics | None
-    """Of the radiance samples so far; None for a criterion that decides before there are any."""
+    """Statistics of the radiance samples so far; None for a criterion that decides before there are any."""
     before: Statistics | None
-    """The same before the last round: what is in ``statistics`` beyond it was not yet seen then."""
+    """Statistics before the last round, without what that round added to ``statistics``; None if it was the first."""
     weight: Floats
-    """w of the objective, see ``tracer.image.objective``; ones before there are radiance samples."""
+    """Weight w of the objective, see ``tracer.image.objective``; ones before there are radiance samples."""
     weight_before: Floats | None
-    """The same as it was known ``before``."""
+    """Weight w of the objective before the last round; None where ``before`` is."""
     colour_channels: int
     """How many channels of ``statistics``, from the first, are colour."""
     wanted: Floats
-    """What the person wants more of, >= 0: importance is multiplied by it. Ones unless there is a mask or weight."""
+    """Weights >= 0 of what the person wants more of, by which importance is multiplied; ones unless any are given."""
     memory: dict[str, Any] = field(default_factory=dict)
-    """What the criterion wants to find again in the next round of the same render, to save time: a render that goes on
-    from a checkpoint begins with none, and must decide the same."""
+    """Things that the criterion keeps for the next round of the same render, to save time. It is empty when a render
+    goes on from a checkpoint, and the criterion must then decide the same."""
 
     @property
     def complexity(self) -> Complexity:
-        """Of what pilot rays hit; they are traced when this is first asked for."""
+        """Complexity of what pilot rays hit; they are traced when this is first used."""
         return self.look()
 
 
 Spends = Literal["share", "deviation", "more", "priority"]
-"""share: samples in proportion to importance. deviation: the same, and importance is the standard deviation of a sample
-times sqrt(w), so that its cost can be weighed and the gain predicted. more: samples beyond those drawn in proportion to
-importance. priority: pixels of most importance get as many again as they have, until the round is spent: what a
-threshold does that is lowered until the budget is spent."""
+"""How samples are allocated by importance. share: all samples are in proportion to it. deviation: as share, and the
+importance is the standard deviation of a sample times sqrt(w), so that its cost can be weighed and the gain predicted.
+more: the samples of the round are in proportion to it, whatever was drawn before. priority: the most important pixels
+get as many samples again as they have, until the round is spent; a threshold that is lowered until the budget is spent
+has the same effect."""
 
 
 @dataclass(frozen=True)
@@ -64,28 +65,31 @@ class Criterion:
     """A named function from Evidence to importance, and what it needs to see."""
 
     name: str
+    """Name by which a person chooses it."""
     importance: Callable[[Evidence], Floats]
+    """Function from Evidence to the importance of each pixel (H, W), >= 0."""
     needs_radiance: bool
     """Whether it decides anew after every round of samples, rather than once from pilot rays alone."""
     spends: Spends
-    """What is done with its importance."""
+    """How samples are allocated by its importance."""
     moments: Moments | None = None
-    """Quantities of a sample whose mean or maximum over a pixel it wants to see in ``Statistics``."""
+    """Function that computes the quantities of a sample whose mean or maximum over a pixel it needs; None: none."""
 
 
 registered: dict[str, Criterion] = {}
+"""Registered criteria by name."""
 functions: dict[str, Criterion] = {}
-"""Of callers, that are not registered, by the name that ``name_of`` gave them."""
+"""Functions of callers that are not registered, by the name that ``name_of`` gave them."""
 
 
 def criterion(
     name: str, *, needs_radiance: bool, spends: Spends = "share", moments: Moments | None = None
 ) -> Callable[[Callable[[Evidence], Floats]], Callable[[Evidence], Floats]]:
-    """Register the decorated function as criterion ``name``. Raises ValueError if another file has that name."""
+    """Register the decorated function as criterion ``name``. Raises ValueError if another file has the name."""
 
     def register(function: Callable[[Evidence], Floats]) -> Callable[[Evidence], Floats]:
-        before = registered.get(name)
-        if before is not None and inspect.getfile(before.importance) != inspect.getfile(function):
+        previous = registered.get(name)
+        if previous is not None and inspect.getfile(previous.importance) != inspect.getfile(function):
             raise ValueError(f"there is a criterion '{name}' already; choose another name")
         registered[name] = Criterion(name, function, needs_radiance, spends, moments)
         return function
@@ -95,7 +99,7 @@ def criterion(
 
 @cache
 def import_all() -> None:
-    """Import every module of the folder, so that its criteria are registered."""
+    """Import every module of this folder, so that its criteria are registered."""
     package = __name__.rpartition(".")[0]
     for module in pkgutil.iter_modules(importlib.import_module(package).__path__):
         importlib.import_module(f"{package}.{module.name}")
@@ -116,23 +120,23 @@ def import_file(path: Path) -> None:
 
 
 def name_of(criterion: Any) -> Any:
-    """Return the name by which ``get`` finds a criterion; one that is a name already, or is none, is passed through.
+    """Return the name by which ``get`` finds a criterion; anything but a function is returned as it is.
 
     A function that is not registered is taken to learn from radiance, and its importance to be the share of samples.
     """
     if not callable(criterion):
         return criterion
     import_all()
-    known = next((name for name, entry in registered.items() if entry.importance is criterion), None)
-    if known is not None:
-        return known
+    registered_name = next((name for name, entry in registered.items() if entry.importance is criterion), None)
+    if registered_name is not None:
+        return registered_name
     name = f"function {getattr(criterion, '__qualname__', type(criterion).__qualname__)}"
     functions[name] = Criterion(name, checked(name, criterion), needs_radiance=True, spends="share")
     return name
 
 
 def checked(name: str, function: Callable[[Evidence], Floats]) -> Callable[[Evidence], Floats]:
-    """Return a function of a caller that raises SettingsError if what it returns is no importance."""
+    """Return a caller's function that raises SettingsError if its result is no importance."""
 
     def importance(evidence: Evidence) -> Floats:
         values, shape = function(evidence), evidence.wanted.shape
@@ -152,25 +156,25 @@ def is_numbers(values: Any) -> bool:
 
 
 def described(values: Any) -> str:
-    """Return what a message says of a value that is no importance."""
+    """Return how a message describes a value that is no importance."""
     if not is_numbers(values):
         return type(values).__name__
-    wrong = np.count_nonzero(~(values >= 0))
-    return f"of shape {values.shape}" + (f", {wrong} of them not >= 0" if wrong else "")
+    wrong_count = np.count_nonzero(~(values >= 0))
+    return f"of shape {values.shape}" + (f", {wrong_count} of them not >= 0" if wrong_count else "")
 
 
 def is_function(name: str) -> bool:
-    """Return whether ``name`` is that of a function that is not registered."""
+    """Return whether ``name`` belongs to a caller's function that is not registered."""
     return name in functions
 
 
 def names() -> list[str]:
-    """Return the names of all criteria."""
+    """Return the names of all registered criteria, sorted."""
     import_all()
     return sorted(registered)
 
 
 def get(name: str) -> Criterion:
-    """Return a criterion by name. Raises KeyError."""
+    """Return a criterion by name. Raises KeyError if there is none."""
     import_all()
     return functions[name] if name in functions else registered[name]

@@ -1,4 +1,4 @@
-"""Every pixel the same: what all others are measured against."""
+"""The same for every pixel: the baseline of all other criteria."""
 
 from __future__ import annotations
 
@@ -10,5 +10,5 @@ from tracer.criteria.registry import Evidence, criterion
 
 @criterion("uniform", needs_radiance=False)
 def uniform(evidence: Evidence) -> Floats:
-    """Return ones."""
+    """Return ones (H, W)."""
     return np.ones_like(evidence.weight)

@@ -1,9 +1,10 @@
-"""The test of Mitsuba 0.6: how sure the mean of a pixel is, relative to its brightness.
+"""The test of Mitsuba 0.6: how certain the mean of a pixel is, relative to its brightness.
 
-Integrator ``adaptive`` of Mitsuba 0.6 (``src/integrators/misc/adaptive.cpp``): a pixel stops when the half width of the
-confidence interval of its luminance, z sqrt(s^2 / n), is at most 5 % of max(mean, 1 % of the image's mean), the image's
-from 10 000 samples before the render. Here it is the mean of all samples so far, and the 5 % are changed until
-the budget is spent. z is that of Mitsuba's p-value of 0.05, and does not matter to who comes first.
+In the integrator ``adaptive`` of Mitsuba 0.6 (``src/integrators/misc/adaptive.cpp``) a pixel stops when the half width
+of the confidence interval of its luminance, z sqrt(s^2 / n), is at most 5 % of max(mean, 1 % of the image's mean), with
+the image's mean from 10 000 samples before the render. Here the image's mean is that of all samples so far, and the
+5 % are changed until the budget is spent. z is that of Mitsuba's p-value of 0.05; it does not change the order of
+pixels.
 """
 
 from __future__ import annotations
@@ -18,27 +19,27 @@ from tracer.criteria.registry import Evidence, criterion
 from tracer.image.colour import LUMINANCE, luminance
 
 Z = 1.959964
-"""Two-sided, of a normal distribution."""
+"""Two-sided quantile of a normal distribution for a p-value of 0.05."""
 DARKEST = 0.01
-"""Part of the image's mean below which darkness does not ask for more."""
+"""Part of the image's mean luminance by which darker pixels are judged, so that they do not ask for more and more."""
 
 
 def squared_luminance(colour: list[Any], index: Any) -> Sums:
     """Ask for the mean of the squared luminance."""
     if len(colour) == 1:
         return [colour[0] * colour[0]], []
-    bright = sum(float(weight) * c for weight, c in zip(LUMINANCE, colour, strict=True))
-    return [bright * bright], []
+    luminance_of_sample = sum(float(weight) * c for weight, c in zip(LUMINANCE, colour, strict=True))
+    return [luminance_of_sample * luminance_of_sample], []
 
 
 @criterion("z_test", needs_radiance=True, spends="priority", moments=squared_luminance)
 def z_test(evidence: Evidence) -> Floats:
-    """Return z sqrt(s^2 / n) / max(mean, 1 % of the image's) (H, W)."""
+    """Return z sqrt(s^2 / n) / max(mean, 1 % of the image's mean) (H, W)."""
     statistics, channels = known(evidence), evidence.colour_channels
     count = np.maximum(statistics.count, 2).astype(np.float64)
     mean = luminance(colours(statistics.mean, channels))
-    # The variance of luminance is not in those of the channels: they are correlated.
+    # The variance of luminance does not follow from the variances of the channels, as channels are correlated.
     squared = colours(statistics.moments, 1)
-    of_all = beyond_rounding(squared - mean[..., None] ** 2, evidence, squared)[..., 0]
-    usual = np.maximum(mean, DARKEST * float(np.mean(mean, where=np.isfinite(mean))))
-    return ranked(divided(Z * np.sqrt(of_all / (count - 1.0)), usual), evidence)
+    variance = beyond_rounding(squared - mean[..., None] ** 2, evidence, squared)[..., 0]
+    scale = np.maximum(mean, DARKEST * float(np.mean(mean, where=np.isfinite(mean))))
+    return ranked(divided(Z * np.sqrt(variance / (count - 1.0)), scale), evidence)

@@ -12,39 +12,40 @@ from tracer.core.version import install_command
 from tracer.errors import DenoiseError
 
 MARGIN = 16
-"""Pixels that each side is continued by, reflected. Open Image Denoise takes what lies outside for black: a constant
-picture comes back up to 15 % too bright or dark at its edge, a single pixel five times too dark; with these, 0.2 %."""
+"""Pixels by which the picture is continued on each side, as its reflection. Open Image Denoise takes what lies outside
+for black: without the margin a constant picture comes back up to 15 % too bright or dark at its edge, and a single
+pixel five times too dark; with it, by 0.2 %."""
 LEAST_MEMORY, MOST_MEMORY, PIXEL_MEMORY = 256, 1024, 0.0006
-"""Megabytes that it may take, about, and for each pixel between. It then works in tiles, which change no bit and hardly
-any second."""
+"""Megabytes that Open Image Denoise may take, about: PIXEL_MEMORY per pixel, from LEAST_MEMORY to MOST_MEMORY in all.
+For larger pictures it works in tiles, which leave the result the same to the bit and take hardly more time."""
 
 
 def denoise(image: NDArray, albedo: NDArray | None = None, normal: NDArray | None = None) -> Singles:
     """Return ``image`` without its noise, (H, W, 3) float32.
 
-    ``image`` (H, W, 3): linear sRGB, without an upper bound; each pixel the mean of its own samples, as in
-    ``Statistics.mean``. Through a filter that shares samples, noise looks like detail, and nearly all of it stays
-    (``tracer.denoising.refilter`` gives the filter's look to what is returned). ``albedo`` (H, W, 3), 0 to 1, and
-    ``normal`` (H, W, 3), -1 to 1: as ``draw_features`` gives them with ``filtered=False``; a normal is of use only
-    beside an albedo.
+    ``image`` (H, W, 3): linear sRGB, without an upper bound; each pixel is the mean of its own samples, as in
+    ``Statistics.mean``. Under a filter that shares samples between pixels, noise looks like detail, and nearly all of
+    it would stay (``tracer.denoising.refilter`` gives the returned picture the look of the filter). ``albedo``
+    (H, W, 3), 0 to 1, and ``normal`` (H, W, 3), -1 to 1: as ``draw_features`` returns them with ``filtered=False``; a
+    normal is of use only together with an albedo.
 
-    Values that are not finite are taken as 0, negative ones of image and albedo too. The same arrays give the same
-    picture, up to rounding where the number of threads differs. Raises DenoiseError.
+    Values that are not finite are taken as 0, and so are negative values of image and albedo. The same arrays give the
+    same picture, up to rounding where the number of threads differs. Raises DenoiseError.
     """
     oidn = load()
-    given = {"color": image, "albedo": albedo, "normal": normal}
-    images = {name: check(name, values, np.shape(image)) for name, values in given.items() if values is not None}
+    inputs = {"color": image, "albedo": albedo, "normal": normal}
+    images = {name: check(name, values, np.shape(image)) for name, values in inputs.items() if values is not None}
     if "normal" in images and "albedo" not in images:
         raise DenoiseError("A normal image is of no use without an albedo image; give both or neither.")
     try:
         device = oidn.Device(oidn.DeviceType.CPU)
-        # Noise in albedo and normal goes first, from each by itself: told that they are clean when they are not, it
-        # keeps their noise (a blurred lens: 40 % more error); told that they are not, it trusts them less.
+        # Noise in albedo and normal is taken out first, from each by itself. If noisy ones are declared clean, their
+        # noise stays in the picture (a blurred lens: 40 % more error); if declared noisy, they are trusted less.
         clean = {name: run(device, {name: images[name]}) for name in images if name != "color"}
-        whole = run(device, {"color": images["color"], **clean}, hdr=True, clean_aux=bool(clean))
+        denoised = run(device, {"color": images["color"], **clean}, hdr=True, clean_aux=bool(clean))
     except oidn.Error as error:
         raise DenoiseError(f"Open Image Denoise failed: {error}.") from None
-    return np.ascontiguousarray(whole[MARGIN:-MARGIN, MARGIN:-MARGIN])
+    return np.ascontiguousarray(denoised[MARGIN:-MARGIN, MARGIN:-MARGIN])
 
 
 def load() -> Any:
@@ -60,7 +61,10 @@ def load() -> Any:
 
 
 def check(name: str, values: NDArray, shape: tuple[int, ...]) -> Singles:
-    """Return an image as Open Image Denoise wants it, with its margin. Raises DenoiseError for another shape."""
+    """Return an image as Open Image Denoise takes it, with its margin.
+
+    ``name``: "color", "albedo" or "normal". Raises DenoiseError if it is not of ``shape`` or holds no real numbers.
+    """
     name = {"color": "picture"}.get(name, name)
     array = np.asarray(values)
     if array.ndim != 3 or array.shape[-1] != 3 or array.size == 0:
@@ -71,19 +75,19 @@ def check(name: str, values: NDArray, shape: tuple[int, ...]) -> Singles:
         raise DenoiseError(f"The {name} to denoise must hold real numbers, not {array.dtype}.")
     array = array.astype(np.float32, order="C")
     array[~np.isfinite(array)] = 0.0
-    # Reflected as often as it takes: a picture may be smaller than its margin.
+    # Reflected as often as needed: a picture may be smaller than its margin.
     return np.pad(array, ((MARGIN, MARGIN), (MARGIN, MARGIN), (0, 0)), mode="symmetric")
 
 
 def run(device: Any, images: dict[str, Singles], **settings: bool) -> Singles:
-    """Return what the filter for ray-traced pictures makes of ``images``, by their names in Open Image Denoise."""
+    """Return the output of the filter for ray-traced pictures for ``images``, by their names in Open Image Denoise."""
     output = np.empty_like(next(iter(images.values())))
     ray_traced = device.new_filter("RT")
     for name, values in {**images, "output": output}.items():
         ray_traced.set_image(name, values)
     for name, value in settings.items():
         setattr(ray_traced, name, value)
-    wanted = round(PIXEL_MEMORY * output.shape[0] * output.shape[1])
-    ray_traced.max_memory_mb = min(max(wanted, LEAST_MEMORY), MOST_MEMORY)
+    megabytes = round(PIXEL_MEMORY * output.shape[0] * output.shape[1])
+    ray_traced.max_memory_mb = min(max(megabytes, LEAST_MEMORY), MOST_MEMORY)
     ray_traced.execute()
     return output

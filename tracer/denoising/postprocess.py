@@ -1,4 +1,4 @@
-"""What is made of a picture when all its samples are drawn: features of what is seen, and the picture without noise."""
+"""What is done when all samples of a picture are drawn: compute features of what is seen, and take out the noise."""
 
 from __future__ import annotations
 
@@ -19,17 +19,19 @@ from tracer.film.features import Features, draw_features, shape_numbers
 from tracer.scene.view import View
 
 HEAVY = 2.0
-"""Times the noise that pixel means do not tell of: few samples hold much of it, and a mean square says too little."""
+"""Factor for the noise that pixel means do not show: few samples hold much of it, so a mean square understates it."""
 
 
 @dataclass(frozen=True)
 class Seen:
-    """Features, filtered as the picture is, and which shapes are seen."""
+    """Features, filtered like the picture, and the shapes that are seen."""
 
     features: Features
+    """Albedo, normal and depth, filtered like the picture."""
     shapes: NDArray[np.uint32]
-    """(H, W): number of the shape in the middle of each pixel, from 1; 0 for nothing."""
+    """(H, W): number of the shape in the middle of each pixel, from 1; 0 where nothing is seen."""
     shape_names: list[str]
+    """Name of each shape; that of shape number n is at index n - 1."""
 
 
 def see(view: View, sampler: Any, seed: int, counts: NDArray[np.uint32]) -> Seen:
@@ -38,30 +40,30 @@ def see(view: View, sampler: Any, seed: int, counts: NDArray[np.uint32]) -> Seen
 
 
 def without_noise(
-    view: View, sampler: Any, seed: int, image: Singles, stderr: Singles, known: Statistics, scale: float | None
+    view: View, sampler: Any, seed: int, image: Singles, stderr: Singles, statistics: Statistics, scale: float | None
 ) -> Singles:
     """Return a picture (H, W, C) with its colours denoised where that helps; alpha and AOVs stay. Raises DenoiseError.
 
-    Denoised is the mean of each pixel's own samples: through the film's filter neighbours share noise, and a denoiser
-    takes what they share for detail. The filter is made up for afterwards, and what that misses, as it cannot know
-    where in a pixel the light is, comes from the picture. What stands out stays as it was. ``stderr``: standard errors
-    of the picture, to be multiplied by ``scale`` if that was measured.
+    The denoiser gets the mean of each pixel's own samples, as through the film's filter neighbours share noise, which a
+    denoiser takes for detail. The filter is imitated afterwards. The imitation does not know where in a pixel the light
+    is; the detail that it misses comes from the picture. Outliers stay as they were. ``stderr``: standard errors of the
+    picture (H, W, C); ``scale``: their measured factor, or None.
     """
-    features = draw_features(view, sampler, seed, known.count, filtered=False)
+    features = draw_features(view, sampler, seed, statistics.count, filtered=False)
     inner, colours, rfilter = view.inner, view.colour_channels, view.film.rfilter()
-    count = known.count[inner]
-    values = np.where(count[..., None] > 0, known.mean[inner], image)[..., :colours]
-    own = np.maximum(view.rgb(own_errors(values, known.variance[inner][..., :colours], count)), 0.0)
+    count = statistics.count[inner]
+    values = np.where(count[..., None] > 0, statistics.mean[inner], image)[..., :colours]
+    own_squares = np.maximum(view.rgb(own_errors(values, statistics.variance[inner][..., :colours], count)), 0.0)
     noisy, mean = view.rgb(image), view.rgb(values)
-    outliers = find_outliers(mean, own, count)
+    outliers = find_outliers(mean, own_squares, count)
     calm = taken_out(mean, outliers)
-    clean, plain = (refilter(each, rfilter) for each in (denoise(calm, features.albedo, features.normal), calm))
+    clean, plain = (refilter(picture, rfilter) for picture in (denoise(calm, features.albedo, features.normal), calm))
     stays = within_reach(mean, noisy, outliers, view.reach)
-    telling = ~maximum_filter(stays, 2 * PRIOR_RADIUS + 1)  # beyond it, standard errors know nothing of what stays
+    telling = ~maximum_filter(stays, 2 * PRIOR_RADIUS + 1)  # standard errors nearer than this depend on what stays
     error = np.maximum(view.rgb(stderr), 0.0)
-    errors = errors_of(clean, error, own * filter_share(rfilter), scale, outliers.certain, telling)
+    errors = errors_of(clean, error, own_squares * filter_share(rfilter), scale, outliers.certain, telling)
     detail = noisy - plain
     untold = min(HEAVY * untold_share(rfilter), 1.0)
-    whole = clean + share_of_noisy(detail, errors, untold) * detail
-    mixed = np.where(stays[..., None], noisy, blend(noisy, whole, errors))
+    denoised = clean + share_of_noisy(detail, errors, untold) * detail
+    mixed = np.where(stays[..., None], noisy, blend(noisy, denoised, errors))
     return np.concatenate([view.from_rgb(mixed), image[..., colours:]], axis=-1).astype(np.float32)

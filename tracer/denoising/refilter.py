@@ -1,4 +1,4 @@
-"""A picture whose pixels are means of their own samples, made to look as through the film's filter."""
+"""Make a picture whose pixels are means of their own samples look as if it had gone through the film's filter."""
 
 from __future__ import annotations
 
@@ -13,39 +13,40 @@ from scipy.ndimage import correlate1d
 from tracer.core.device import upload
 
 BOX_VARIANCE = 1 / 12
-"""Of a box one pixel wide, in square pixels."""
+"""Variance of a box filter one pixel wide, in square pixels."""
 POSITIONS = 4096
-"""At which filters are looked at."""
+"""Number of positions at which a filter is evaluated."""
 MOST_AT_ONCE = 0.5
-"""Variance that three positive taps can add without doing most to the finest detail."""
+"""Largest variance, in square pixels, that one blur with three positive taps adds; with more it would invert the finest
+detail."""
 
 
 def refilter(image: NDArray, reconstruction_filter: Any) -> NDArray[np.float32]:
-    """Return ``image`` (H, W, C), of one mean per pixel, blurred as ``reconstruction_filter`` (of a film) would do.
+    """Return ``image`` (H, W, C), a mean per pixel, blurred as the ``reconstruction_filter`` of a film would do it.
 
-    A denoiser wants pixels whose noise is their own, so its pictures are those of a box filter. The taps have the
-    variance that the filter has beyond the box: the filter itself, taken over pixels, would blur twice, with three
-    times the error. The edge is repeated. Filters with negative lobes sharpen.
+    A denoiser needs pixels whose noise is their own, so its pictures are those of a box filter. The taps of the blur
+    have the variance by which the filter exceeds the box; the filter itself, applied to pixels, would blur twice, with
+    three times the error. The edge is repeated. Filters with negative lobes sharpen.
     """
-    beyond = filter_variance(reconstruction_filter) - BOX_VARIANCE
-    times = max(ceil(beyond / MOST_AT_ONCE), 1)
-    side = 0.5 * beyond / times
+    excess_variance = filter_variance(reconstruction_filter) - BOX_VARIANCE
+    blur_count = max(ceil(excess_variance / MOST_AT_ONCE), 1)
+    side_tap = 0.5 * excess_variance / blur_count
     result = np.asarray(image, np.float64)
-    for axis in (0, 1) * times:
-        result = correlate1d(result, [side, 1 - 2 * side, side], axis=axis, mode="nearest")
+    for axis in (0, 1) * blur_count:
+        result = correlate1d(result, [side_tap, 1 - 2 * side_tap, side_tap], axis=axis, mode="nearest")
     return result.astype(np.float32)
 
 
 def filter_share(reconstruction_filter: Any) -> float:
-    """Return by what a filter multiplies the variance of independent pixels: as a Gaussian of its variance does."""
+    """Return the factor by which a filter multiplies the variance of independent pixels: that of a Gaussian like it."""
     return min(1.0, 1.0 / (4.0 * np.pi * filter_variance(reconstruction_filter)))
 
 
 def untold_share(reconstruction_filter: Any) -> float:
-    """Return which part of the variance of a filtered picture the means of its pixels do not tell of.
+    """Return the part of the variance of a filtered picture that the means of its pixels do not show, 0 to 1.
 
-    The weights of samples vary with where in their pixels they are: the square of the mean weight over the mean square,
-    per axis, is what the means do tell.
+    The weights of samples vary with their positions in the pixel. The part that the means do show is, per axis, the
+    square of the mean weight over the mean square of the weights.
     """
     if reconstruction_filter.is_box_filter():
         return 0.0
@@ -57,7 +58,7 @@ def untold_share(reconstruction_filter: Any) -> float:
 
 
 def filter_variance(reconstruction_filter: Any) -> float:
-    """Return the second moment over the integral of a filter, in square pixels, along one axis."""
+    """Return the variance of a filter along one axis, in square pixels: its second moment over its integral."""
     if reconstruction_filter.is_box_filter():
         return BOX_VARIANCE
     radius = float(reconstruction_filter.radius())

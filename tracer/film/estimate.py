@@ -1,9 +1,9 @@
 """Mean, variance and count per pixel, and the image through any reconstruction filter.
 
-A sample does not scatter to its neighbours. Each pixel sums what its own samples would give to every pixel in reach of
-the filter, its *footprint*; only when the image is developed are these sums divided by the pixel's final count and
-added up: the expected image is the one of ``mi.render`` for every filter, and equal to it when all counts are equal.
-However unequal the counts, dense pixels do not bleed into sparse ones.
+Samples are not scattered to neighbouring pixels. Each pixel sums what its own samples would give to every pixel in
+reach of the filter, its *footprint*. Only when the image is developed are these sums divided by the pixel's final count
+and added up. For every filter the expected image is that of ``mi.render``, and the image is equal to it if all counts
+are equal. However unequal the counts are, pixels with many samples do not bleed into pixels with few.
 """
 
 from __future__ import annotations
@@ -27,24 +27,25 @@ from tracer.scene.view import View
 
 Singles = NDArray[np.float32]
 PRIOR_RADIUS, PRIOR_DEGREES = 3, 16.0
-"""Pixels on each side, and the degrees of freedom that they stand for, of the variance around a pixel. With 7 x 7 and
-16 the true error of the bundled scenes is 0.4 to 1.4 standard errors (RMS), most where light is rare."""
+"""PRIOR_RADIUS: pixels on each side of the window around a pixel whose variance is the prior of the pixel's variance.
+PRIOR_DEGREES: degrees of freedom for which that prior counts. With 7 x 7 pixels and 16 degrees the true error of the
+bundled scenes is 0.4 to 1.4 standard errors (RMS), most where light is rare."""
 
 
 @dataclass(frozen=True)
 class Statistics:
-    """What is known of each pixel of the grid, box-filtered: samples of a pixel count for that pixel alone."""
+    """What is known of each pixel of the grid, through a box filter: samples of a pixel count for that pixel alone."""
 
     count: NDArray[np.uint32]
-    """(H, W): finite samples."""
+    """(H, W): number of finite samples."""
     invalid: NDArray[np.uint32]
-    """(H, W): samples that were not finite and are left out."""
+    """(H, W): number of samples that were not finite and are left out."""
     mean: Singles
-    """(H, W, C)."""
+    """(H, W, C): mean of the finite samples; 0 where there is none."""
     variance: Singles
     """(H, W, C): unbiased variance of one sample; 0 where there are fewer than two."""
     rays: Singles
-    """(H, W): mean rays of one sample; 0 where there is none."""
+    """(H, W): mean number of rays of a sample; 0 where there is no sample."""
     moments: Singles
     """(H, W, K): means of the moments that a criterion asked for."""
     peaks: Singles
@@ -55,8 +56,8 @@ class Estimate:
     """Running estimate over ``view.grid``, in bands of pixels."""
 
     def __init__(self, view: Frame, moments: int = 0, peaks: int = 0, rfilter: Any = None) -> None:
-        """``moments`` and ``peaks``: how many of ``Samples`` there are. ``rfilter``: that of the film, which must be
-        known to add samples; None: that of the view, if that is a ``View``.
+        """``moments`` and ``peaks``: how many of these ``Samples`` have. ``rfilter``: the film's reconstruction filter,
+        without which no samples can be added; None: that of the view, if ``view`` is a ``View``.
         """
         self.view = view
         self.moments, self.peaks = moments, peaks
@@ -66,7 +67,7 @@ class Estimate:
         self.bands = bands(view.pixel_count, len(view.channels), offsets, moments, peaks)
 
     def filter_weights(self, position: Any) -> list[Any]:
-        """Return the weight of a sample at ``position`` for each pixel in reach, offsets row by row."""
+        """Return the weights (mi.Float each) of samples at ``position`` in each pixel in reach, row by row."""
         centres = [offset + 0.5 for offset in range(-self.reach, self.reach + 1)]
         across = [self.filter.eval(centre - position.x) for centre in centres]
         down = [self.filter.eval(centre - position.y) for centre in centres]
@@ -78,26 +79,26 @@ class Estimate:
             if window.touches(band.first, band.size):
                 band.add(window, samples, self.filter_weights)
 
-    def merge(self, other: Estimate) -> None:
-        """Add an estimate of the same view from other samples; the order of merging changes sums by rounding only."""
-        for own, others in zip(self.bands, other.bands, strict=True):
-            own.merge(others)
+    def merge(self, other_estimate: Estimate) -> None:
+        """Add an estimate of the same view from other samples. The order of merging affects only rounding."""
+        for band, other_band in zip(self.bands, other_estimate.bands, strict=True):
+            band.merge(other_band)
 
     @property
     def count(self) -> Any:
-        """Samples of each pixel (mi.UInt32, those not finite left out)."""
+        """Number of samples of each pixel (mi.UInt32), without those that were not finite."""
         return self.whole("count")
 
     def samples(self) -> NDArray[np.uint32]:
-        """Return the samples of each pixel of the image (H, W), those not finite left out."""
+        """Return the number of samples of each pixel of the image (H, W), without those that were not finite."""
         return to_host(self.count, self.view.grid)[self.view.inner]
 
     def drawn(self) -> NDArray[np.uint32]:
-        """Return the samples of each pixel (grid), those not finite too: the index of the next one."""
+        """Return the number of samples of each pixel (grid), those not finite too: the index of its next sample."""
         return to_host(self.count + self.whole("invalid"), self.view.grid)
 
     def here(self) -> Estimate:
-        """Return this estimate with all of its sums in this process."""
+        """Return this estimate: all of its sums are in this process already."""
         return self
 
     def state(self) -> list[NDArray]:
@@ -105,16 +106,16 @@ class Estimate:
         parts = [leaves(band.sums) for band in self.bands]
         return [
             self.layout,
-            *(np.concatenate([each.numpy() for each in pieces]) for pieces in zip(*parts, strict=True)),
+            *(np.concatenate([piece.numpy() for piece in pieces]) for pieces in zip(*parts, strict=True)),
         ]
 
     def blank(self) -> list[NDArray]:
-        """Return arrays as those of ``state`` that hold nothing yet, without work on the device."""
-        kinds = [numpy_kind(each) for each in leaves(self.bands[0].sums)]
+        """Return arrays like those of ``state`` for an estimate without samples, without work on the device."""
+        kinds = [numpy_kind(array) for array in leaves(self.bands[0].sums)]
         return [self.layout, *(np.zeros(self.view.pixel_count, kind) for kind in kinds)]
 
     def restore(self, state: list[NDArray]) -> None:
-        """Take over the sums of another process. Raises ValueError if they are of another view."""
+        """Take over sums that ``state`` returned in another process. Raises ValueError for those of another view."""
         count = len(leaves(self.bands[0].sums))
         if len(state) != 1 + count or not np.array_equal(state[0], self.layout):
             raise ValueError("these sums are of another view")
@@ -126,11 +127,11 @@ class Estimate:
 
     @property
     def layout(self) -> NDArray[np.int64]:
-        """Size of the grid, numbers of channels and sums, reach of the filter: what must be shared to be merged."""
+        """Size of the grid, then numbers of channels, reach, moments and peaks: equal in estimates that can merge."""
         return np.array([*self.view.grid, len(self.view.channels), self.reach, self.moments, self.peaks])
 
     def whole(self, name: str, *index: int) -> Any:
-        """Return the sums ``name`` of all bands as one array; ``index`` picks from nested lists."""
+        """Return the sums called ``name`` of all bands as one array; ``index``: which of them, in nested lists."""
         parts = []
         for band in self.bands:
             part = getattr(band, name)
@@ -140,7 +141,7 @@ class Estimate:
         return parts[0] if len(parts) == 1 else dr.concat(parts)
 
     def statistics(self) -> Statistics:
-        """Return what is known so far, on the host."""
+        """Return what is known so far, as arrays on the host."""
         grid, channels = self.view.grid, range(len(self.view.channels))
         count = to_host(self.whole("count"), grid)
         on_device = self.whole("count")
@@ -153,7 +154,7 @@ class Estimate:
             [self.whole("peaks", k) for k in range(self.peaks)],
         ]
         dr.eval(arrays)
-        mean, variance, extra, peaks = ([to_host(each, grid) for each in kind] for kind in arrays)
+        mean, variance, extra, peaks = ([to_host(array, grid) for array in kind] for kind in arrays)
         return Statistics(
             count=count,
             invalid=to_host(self.whole("invalid"), grid),
@@ -167,9 +168,9 @@ class Estimate:
     def develop(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return the image (H, W, C) and the standard error of each of its values, both without the border.
 
-        Image: sum over pixels i in reach of A_i / n_i, divided by the same sum of B_i / n_i, with A and B the sums of
-        weight x channel and of weight over the n_i samples of i. Its variance is the sum of s_i^2 / n_i times the
-        square of the share that i has in the image's pixel, with s_i^2 from ``shrunken_variance``.
+        The image is the sum over pixels i in reach of A_i / n_i, divided by the same sum of B_i / n_i; A_i and B_i are
+        the sums of weight x channel and of weight over the n_i samples of i. Its variance is the sum of s_i^2 / n_i
+        times the square of the share that i has in the image's pixel, with s_i^2 from ``shrunken_variance``.
         """
         count = mi.Float64(self.whole("count"))
         per_sample = mi.Float(dr.select(count > 0, dr.rcp(count), 0))
@@ -181,9 +182,9 @@ class Estimate:
         row, column = divide(dr.arange(mi.UInt32, self.view.size[0] * self.view.size[1]), self.view.size[1])
         corner = mi.Point2i(mi.Int32(column), mi.Int32(row)) + border
         if self.reach == 0:
-            own = mi.UInt32(corner.y * grid_width + corner.x)
-            mean = [dr.gather(mi.Float64, self.whole("mean", c), own) for c in channels]
-            variance = [dr.gather(mi.Float, channel, own) for channel in error]
+            pixel_index = mi.UInt32(corner.y * grid_width + corner.x)
+            mean = [dr.gather(mi.Float64, self.whole("mean", c), pixel_index) for c in channels]
+            variance = [dr.gather(mi.Float, channel, pixel_index) for channel in error]
             return self.to_image([mi.Float(channel) for channel in mean], variance, mi.Float(1.0))
         total, variance = ([mi.Float(0) for _ in channels] for _ in range(2))
         weight = mi.Float(0)
@@ -193,10 +194,10 @@ class Estimate:
             inside = (source.x >= 0) & (source.y >= 0) & (source.x < grid_width) & (source.y < grid_height)
             pixel = mi.UInt32(source.y * grid_width + source.x)
             scale = dr.gather(mi.Float, per_sample, pixel, inside)
-            *sums, weights = (
+            *sums, weight_sum = (
                 dr.gather(mi.Float, self.whole("footprint", k, c), pixel, inside) for c in (*channels, -1)
             )
-            share = weights * scale
+            share = weight_sum * scale
             weight += share
             for c in channels:
                 total[c] += sums[c] * scale
@@ -207,7 +208,7 @@ class Estimate:
     def to_image(
         self, total: list[Any], variance: list[Any], scale: Any
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return ``total`` times ``scale`` and the root of ``variance`` times ``scale``, (H, W, C) on the host."""
+        """Return ``total`` times ``scale``, and the root of ``variance`` times ``scale``, as (H, W, C) on the host."""
         size = self.view.size
         image = [to_host(channel * scale, size) for channel in total]
         stderr = [to_host(dr.sqrt(channel) * dr.abs(scale), size) for channel in variance]
@@ -215,22 +216,24 @@ class Estimate:
 
 
 def shrunken_variance(deviation: list[Any], count: Any, grid: tuple[int, int]) -> list[Any]:
-    """Return the variance of one sample per channel, mi.Float of all pixels, from squared deviations and counts.
+    """Return the variance of one sample (mi.Float of all pixels, per channel) from squared deviations and counts.
 
-    A pixel's own variance says too little after few samples: where light is found by chance, most pixels have not yet
-    seen what makes them noisy. It is averaged with the variance over a window around it, which counts as much as
+    After few samples a pixel's own variance says too little: where light is found by chance, most pixels have not yet
+    seen what makes them noisy. So it is averaged with the variance over a window around the pixel, which counts for
     PRIOR_DEGREES degrees of freedom (the posterior mean under an inverse-gamma prior). For quiet pixels beside noisy
-    ones this is too much.
+    ones the result is too large.
     """
     degrees = dr.maximum(count - 1, 0)
     around = box_sum(degrees, grid)
     per_degree = dr.select(around > 0, dr.rcp(around), 0)
     per_sample = dr.rcp(PRIOR_DEGREES + degrees)
-    return [mi.Float((PRIOR_DEGREES * per_degree * box_sum(d, grid) + d) * per_sample) for d in deviation]
+    return [
+        mi.Float((PRIOR_DEGREES * per_degree * box_sum(channel, grid) + channel) * per_sample) for channel in deviation
+    ]
 
 
 def box_sum(values: Any, grid: tuple[int, int]) -> Any:
-    """Return the sums of values (one a pixel) over windows of 2 PRIOR_RADIUS + 1 a side, the edge repeated."""
+    """Return the sums of values (one per pixel) over windows of side 2 PRIOR_RADIUS + 1, with the edge repeated."""
     height, width = grid
     row, column = (mi.Int32(index) for index in divide(dr.arange(mi.UInt32, height * width), width))
     for down, right in ((0, 1), (1, 0)):
@@ -245,17 +248,17 @@ def box_sum(values: Any, grid: tuple[int, int]) -> Any:
 
 
 def stacked(arrays: list[Singles], grid: tuple[int, int]) -> Singles:
-    """Return arrays (H, W) as one (H, W, K), K = 0 if there are none."""
+    """Return K arrays (H, W) as one of shape (H, W, K); (H, W, 0) if there are none."""
     return np.stack(arrays, axis=-1) if arrays else np.zeros((*grid, 0), np.float32)
 
 
 def leaves(tree: Tree) -> list[Any]:
-    """Return the arrays of nested lists, in order."""
+    """Return the arrays within nested lists, in order."""
     return [leaf for entry in tree for leaf in leaves(entry)] if isinstance(tree, list) else [tree]
 
 
 def rebuilt(tree: Tree, arrays: Iterator[NDArray]) -> Tree:
-    """Return nested lists of the shape of ``tree`` from the next ``arrays``."""
+    """Return nested lists like ``tree``, with the next of ``arrays``, uploaded, in place of its arrays."""
     if isinstance(tree, list):
         return [rebuilt(entry, arrays) for entry in tree]
     return upload(type(tree), next(arrays))
@@ -264,7 +267,8 @@ def rebuilt(tree: Tree, arrays: Iterator[NDArray]) -> Tree:
 def to_host(array: Any, shape: tuple[int, int]) -> NDArray:
     """Return a copy of a device array as NumPy, in the shape of the grid.
 
-    Memory of Dr.Jit's must not get out: another thread that frees it, as Dask's does on a worker, waits for Dr.Jit with
-    Python's lock held, while the thread that draws may have Dr.Jit's lock and wait for Python's.
+    Memory that belongs to Dr.Jit must not leave this function. If another thread frees it, as Dask's thread does on a
+    worker, that thread waits for Dr.Jit's lock while it holds Python's, and the thread that draws may hold Dr.Jit's
+    lock and wait for Python's.
     """
     return np.array(array.numpy().reshape(shape))

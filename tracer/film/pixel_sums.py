@@ -1,7 +1,8 @@
-"""Sums over the samples of consecutive pixels: what an estimate is made of.
+"""Sums over the samples of consecutive pixels, of which an estimate consists.
 
-Each lane walks through the samples of one pixel in order. No two lanes write to one place, and the split of a picture
-into passes cannot change the sums. A band is small enough that adding to it, which copies it, takes little memory.
+Each lane walks through the samples of one pixel in order. So no two lanes write to the same place, and the division of
+a picture into passes cannot change the sums. A band is small enough that adding to it, which copies it, takes little
+memory.
 """
 
 from __future__ import annotations
@@ -16,18 +17,18 @@ from tracer.sampling.samples import Samples
 from tracer.sampling.wavefront import Window
 
 BAND_PIXELS = 1 << 16
-"""Pixels of a band, except the last."""
+"""Number of pixels of each band but the last, which may have fewer."""
 Tree = Any
-"""A device array, or nested lists of them."""
+"""A device array, or nested lists of device arrays."""
 FilterWeights = Callable[[Any], list[Any]]
-"""From a position within the pixel (mi.Point2f) to the filter's weight at each pixel of the footprint."""
+"""Function from a position within the pixel (mi.Point2f) to the filter's weights in each pixel of the footprint."""
 
 
 class Band:
     """Running sums of ``size`` pixels from ``first``: float64 mean and squared deviation (Welford), float32 footprint.
 
-    The footprint of a pixel is what its samples give to every pixel in reach of the filter. With no reach (box filter)
-    there is none, as it would be the mean.
+    The footprint of a pixel is what its samples give to every pixel in reach of the filter. For a filter without reach
+    (box filter) there is none, as it would equal the mean.
     """
 
     def __init__(self, first: int, size: int, channels: int, offsets: int, moments: int = 0, peaks: int = 0) -> None:
@@ -37,9 +38,9 @@ class Band:
         self.mean = [dr.zeros(mi.Float64, size) for _ in range(channels)]
         self.deviation = [dr.zeros(mi.Float64, size) for _ in range(channels)]
         self.footprint = [[dr.zeros(mi.Float, size) for _ in range(channels + 1)] for _ in range(offsets)]
-        """Per offset (row by row): sums of weight x channel, then of weight."""
+        """For each offset (row by row): sums of weight x channel for every channel, then the sum of weights."""
         self.extra = [dr.zeros(mi.Float, size) for _ in range(1 + moments)]
-        """Sums of rays, then of the moments that a criterion asked for."""
+        """Sum of rays, then the sums of the moments that a criterion asked for."""
         self.peaks = [dr.full(mi.Float, -dr.inf, size) for _ in range(peaks)]
 
     @property
@@ -52,33 +53,34 @@ class Band:
         self.count, self.invalid, self.mean, self.deviation, self.footprint, self.extra, self.peaks = arrays
 
     def add(self, window: Window, samples: Samples, filter_weights: FilterWeights) -> None:
-        """Add those samples of a pass that belong to the band's pixels."""
+        """Add the samples of a pass that belong to the band's pixels."""
         begin, end = window.lanes_of(self.first, self.size)
-        # The loop writes to what it is given; copies keep the arrays of ``sums`` as they are.
+        # The loop writes to the arrays that it is given; copies keep those of ``sums`` as they are.
         state = (mi.UInt32(begin), *copy(self.sums))
         _, *self.sums = dr.while_loop(
-            state, lambda lane, *_: lane < end, lambda *now: step(samples, filter_weights, *now)
+            state, lambda lane, *_: lane < end, lambda *arrays: step(samples, filter_weights, *arrays)
         )
         dr.eval(self.sums)
 
-    def merge(self, other: Band) -> None:
+    def merge(self, other_band: Band) -> None:
         """Add the sums of other samples of the same pixels (T. Chan, G. Golub and R. LeVeque, 1979)."""
-        own, added = mi.Float64(self.count), mi.Float64(other.count)
-        total = own + added
-        share = dr.select(total > 0, added / dr.maximum(total, 1), 0)
-        difference = [b - a for a, b in zip(self.mean, other.mean, strict=True)]
+        own_count, other_count = mi.Float64(self.count), mi.Float64(other_band.count)
+        total = own_count + other_count
+        share = dr.select(total > 0, other_count / dr.maximum(total, 1), 0)
+        difference = [b - a for a, b in zip(self.mean, other_band.mean, strict=True)]
         self.mean = [dr.fma(d, share, m) for d, m in zip(difference, self.mean, strict=True)]
         self.deviation = [
-            a + b + d * d * own * share for d, a, b in zip(difference, self.deviation, other.deviation, strict=True)
+            a + b + d * d * own_count * share
+            for d, a, b in zip(difference, self.deviation, other_band.deviation, strict=True)
         ]
-        self.count += other.count
-        self.invalid += other.invalid
+        self.count += other_band.count
+        self.invalid += other_band.invalid
         self.footprint = [
-            [a + b for a, b in zip(mine, others, strict=True)]
-            for mine, others in zip(self.footprint, other.footprint, strict=True)
+            [a + b for a, b in zip(own_sums, other_sums, strict=True)]
+            for own_sums, other_sums in zip(self.footprint, other_band.footprint, strict=True)
         ]
-        self.extra = [a + b for a, b in zip(self.extra, other.extra, strict=True)]
-        self.peaks = [dr.maximum(a, b) for a, b in zip(self.peaks, other.peaks, strict=True)]
+        self.extra = [a + b for a, b in zip(self.extra, other_band.extra, strict=True)]
+        self.peaks = [dr.maximum(a, b) for a, b in zip(self.peaks, other_band.peaks, strict=True)]
         dr.eval(self.sums)
 
 
@@ -94,7 +96,7 @@ def step(
     extra: list,
     peaks: list,
 ) -> tuple:
-    """Return the state of the walk after sample ``lane``. One that is not finite in every channel is left out."""
+    """Return the state of the walk after sample ``lane``. A sample that is not finite in every channel is left out."""
     values = [dr.gather(mi.Float, channel, lane) for channel in samples.values]
     finite = mi.Bool(True)
     for value in values:
@@ -113,21 +115,21 @@ def step(
     added = []
     if footprint:
         position = dr.gather(mi.Point2f, samples.position, lane)
-        for own, weight in zip(footprint, filter_weights(position), strict=True):
+        for arrays, weight in zip(footprint, filter_weights(position), strict=True):
             weight = dr.select(finite, weight, 0.0)
-            added.append([dr.fma(weight, v, s) for v, s in zip([*values, mi.Float(1.0)], own, strict=True)])
-    own = [dr.gather(mi.Float, each, lane) for each in (samples.rays, *samples.moments)]
-    extra = [total + dr.select(finite, each, 0.0) for total, each in zip(extra, own, strict=True)]
-    own = [dr.gather(mi.Float, each, lane) for each in samples.peaks]
-    peaks = [dr.select(finite, dr.maximum(most, each), most) for most, each in zip(peaks, own, strict=True)]
+            added.append([dr.fma(weight, v, s) for v, s in zip([*values, mi.Float(1.0)], arrays, strict=True)])
+    arrays = [dr.gather(mi.Float, quantity, lane) for quantity in (samples.rays, *samples.moments)]
+    extra = [total + dr.select(finite, quantity, 0.0) for total, quantity in zip(extra, arrays, strict=True)]
+    arrays = [dr.gather(mi.Float, quantity, lane) for quantity in samples.peaks]
+    peaks = [dr.select(finite, dr.maximum(peak, quantity), peak) for peak, quantity in zip(peaks, arrays, strict=True)]
     return lane + 1, count, invalid, mean, deviation, added, extra, peaks
 
 
 def bands(pixel_count: int, *sums: int) -> list[Band]:
-    """Return bands that cover ``pixel_count`` pixels; ``sums``: how many of each kind, as in ``Band``."""
+    """Return bands that cover ``pixel_count`` pixels; ``sums``: numbers of channels, offsets and so on for ``Band``."""
     return [Band(first, min(BAND_PIXELS, pixel_count - first), *sums) for first in range(0, pixel_count, BAND_PIXELS)]
 
 
 def copy(tree: Tree) -> Tree:
-    """Return new variables with the values of every array of nested lists."""
+    """Return nested lists like ``tree`` with a new variable of the same value for every array."""
     return [copy(entry) for entry in tree] if isinstance(tree, list) else type(tree)(tree)

@@ -1,1 +1,1 @@
-"""Pictures as arrays: errors against a reference, colour, what error is to be small."""
+"""Pictures as arrays: errors against a reference, colour, and which error is to be minimised."""

@@ -12,7 +12,7 @@ from tracer.core.arrays import Floats
 from tracer.errors import ScoreError
 
 LUMINANCE = np.array([0.212671, 0.715160, 0.072169])
-"""Weights of linear sRGB in luminance, those of ``mi.luminance``."""
+"""Weights of red, green and blue (linear sRGB) in luminance, the same as in ``mi.luminance``."""
 
 
 def luminance(image: ArrayLike) -> Floats:
@@ -30,7 +30,7 @@ def encode_srgb(linear: ArrayLike) -> Floats:
 
 
 def decode_srgb(encoded: ArrayLike) -> Floats:
-    """Return the linear values of values in [0, 1] that are encoded with the sRGB curve."""
+    """Return the linear values of ``encoded`` values in [0, 1], which the sRGB curve encoded (IEC 61966-2-1)."""
     encoded = np.asarray(encoded, np.float64)
     return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
 
@@ -44,7 +44,7 @@ def display(image: NDArray) -> NDArray[np.float64]:
 
 
 def heat(values: NDArray) -> NDArray[np.float64]:
-    """Return counts (H, W) as a colour map (H, W, 3), logarithmic, dark for few."""
+    """Return counts (H, W) as colours (H, W, 3) in [0, 1], on a logarithmic scale, dark for low counts."""
     import matplotlib
 
     logarithm = np.log2(np.maximum(values.astype(np.float64), 1e-6))
@@ -53,7 +53,7 @@ def heat(values: NDArray) -> NDArray[np.float64]:
 
 
 def as_png(picture: NDArray[np.float64]) -> str:
-    """Return a picture in [0, 1] as a PNG in base64."""
+    """Return a picture (H, W, 3) in [0, 1] as a PNG encoded in base64."""
     from matplotlib.image import imsave
 
     stream = io.BytesIO()

@@ -1,7 +1,7 @@
 """Error of an image against a reference: pure functions of two pictures, linear unless said otherwise.
 
-A picture is an array (H, W, 3), or a grey one (H, W) or (H, W, 1), which counts as three channels that are alike. Every
-error has the same rule for what can be compared, ``comparable``, and raises ScoreError for what cannot.
+A picture is an array (H, W, 3). A grey picture, (H, W) or (H, W, 1), counts as three equal channels. Every error
+applies the rule of ``comparable`` and raises ScoreError for pictures that cannot be compared.
 """
 
 from __future__ import annotations
@@ -17,25 +17,28 @@ from tracer.image.colour import encode_srgb, luminance
 from tracer.image.objective import EPSILON
 
 SSIM_WINDOW = 7
-"""Pixels a side of scikit-image's default window."""
+"""Side in pixels of scikit-image's default window for structural similarity; a picture must be at least as large."""
 DARK, MOST_STOPS = 2e-7, 24.0
-"""Luminance of a black reference, and the largest exposure in stops that HDR-FLIP chooses. Where nothing is brighter it
-finds none, and ends the process."""
+"""DARK: a reference whose luminance is below this everywhere counts as black: HDR-FLIP finds no exposure for it, and
+ends the process. MOST_STOPS: the exposure in stops that such a reference gets, the largest that HDR-FLIP chooses."""
 TRIMMED = 0.001
-"""Share of the pixels, those with the largest errors, that the trimmed mean leaves out."""
+"""Share of the pixels that the trimmed mean leaves out: those with the largest errors."""
 
 
 @dataclass(frozen=True)
 class Scores:
-    """All errors of one picture."""
+    """All errors of one picture against its reference."""
 
     mse: float
+    """Mean squared error over pixels and channels."""
     relative_mse: float
+    """Mean of the squared error over the squared luminance of the reference."""
     relative_mse_trimmed: float
+    """The relative error without the pixels that err most, see ``TRIMMED``."""
     psnr: float
-    """dB, as a screen shows both."""
+    """Peak signal-to-noise ratio in dB of both pictures as a screen shows them."""
     ssim: float
-    """As a screen shows both; 1 for the same picture."""
+    """Structural similarity of both pictures as a screen shows them; 1 for equal pictures."""
     flip: float
     """Mean HDR-FLIP (Andersson et al. 2021); the reference alone chooses the exposures."""
     bias: float
@@ -74,15 +77,15 @@ def relative_scale(reference: ArrayLike, epsilon: float = EPSILON) -> Floats:
 
 
 def relative_mse_trimmed(image: ArrayLike, reference: ArrayLike, share: float = TRIMMED) -> float:
-    """Return the same without the ``share`` of the pixels (at least one) that err most: fireflies decide it no more."""
+    """Return ``relative_mse`` without the ``share`` of the pixels (at least one) that err most, such as fireflies."""
     image, reference = comparable(image, reference)
     errors = ((image - reference) ** 2).mean(axis=-1) / relative_scale(reference)
-    kept = errors.size - max(1, round(share * errors.size))
-    return float(np.partition(errors.ravel(), kept - 1)[:kept].mean()) if kept > 0 else float(errors.mean())
+    count = errors.size - max(1, round(share * errors.size))
+    return float(np.partition(errors.ravel(), count - 1)[:count].mean()) if count > 0 else float(errors.mean())
 
 
 def bias(image: ArrayLike, reference: ArrayLike) -> float:
-    """Return the mean signed error of the luminance as a part of the reference's mean luminance."""
+    """Return the mean signed error of the luminance over the reference's mean luminance; 0 for a black reference."""
     image, reference = comparable(image, reference)
     mean = float(luminance(reference).mean())
     return float(luminance(image - reference).mean()) / mean if mean else 0.0
@@ -94,8 +97,8 @@ def flip(image: ArrayLike, reference: ArrayLike) -> float:
 
     image, reference = comparable(image, reference)
     positive = [np.maximum(values, 0.0).astype(np.float32) for values in (reference, image)]
-    dark = luminance(positive[0]).max() < DARK
-    exposures = {"startExposure": MOST_STOPS, "stopExposure": MOST_STOPS} if dark else {}
+    is_dark = luminance(positive[0]).max() < DARK
+    exposures = {"startExposure": MOST_STOPS, "stopExposure": MOST_STOPS} if is_dark else {}
     return float(flip_evaluator.evaluate(*positive, "HDR", applyMagma=False, parameters=exposures)[1])
 
 
@@ -120,10 +123,10 @@ def comparable(
     names: tuple[str, str] = ("the image", "the reference"),
     least_side: int = 1,
 ) -> tuple[Floats, Floats]:
-    """Return two pictures as (H, W, 3) float64, a grey one in three channels that are alike.
+    """Return two pictures as (H, W, 3) float64, a grey picture as three equal channels.
 
-    ``names``: what a message calls them. ``least_side``: pixels that both need a side. Raises ScoreError for what is no
-    picture, for pixels that are not finite as float32, and for pictures of two sizes, or of which one alone is grey.
+    ``names``: what a message calls them. ``least_side``: least width and height in pixels. Raises ScoreError for what
+    is no picture, for pixels that are not finite as float32, for two different sizes, and if only one picture is grey.
     """
     pictures = [picture(values, name) for values, name in zip((image, reference), names, strict=True)]
     sizes = [f"{values.shape[1]} x {values.shape[0]}" for values in pictures]
@@ -147,7 +150,7 @@ def comparable(
 
 
 def picture(values: ArrayLike, name: str) -> Floats:
-    """Return values as float64, (H, W, 3) or (H, W, 1). Raises ScoreError; ``name``: what its message calls them."""
+    """Return a picture as float64, (H, W, 3) or (H, W, 1). Raises ScoreError; ``name``: how its message calls it."""
     try:
         array = np.asarray(values, np.float64)
     except (TypeError, ValueError):
@@ -165,12 +168,12 @@ def picture(values: ArrayLike, name: str) -> Floats:
 
 def require_finite(values: ArrayLike, name: str) -> None:
     """Raise ScoreError if pixels (H, W, C) are not finite as float32; ``name``: what its message calls the picture."""
-    bad = np.count_nonzero(~(np.abs(values) <= np.finfo(np.float32).max).all(axis=-1))
-    if bad:
-        pixels = f"1 pixel of {name} is" if bad == 1 else f"{bad} pixels of {name} are"
+    bad_count = np.count_nonzero(~(np.abs(values) <= np.finfo(np.float32).max).all(axis=-1))
+    if bad_count:
+        pixels = f"1 pixel of {name} is" if bad_count == 1 else f"{bad_count} pixels of {name} are"
         raise ScoreError(f"{pixels} not finite, so it has no score; render it anew.")
 
 
 def sentence(text: str) -> str:
-    """Return text that begins with a capital letter."""
+    """Return ``text`` with its first letter a capital."""
     return text[:1].upper() + text[1:]

@@ -1,4 +1,4 @@
-"""Which error is to be small: the weight w of each pixel's variance in the sum that an allocation minimises."""
+"""Which error is to be minimised: the weight w of each pixel's variance in the sum that an allocation minimises."""
 
 from __future__ import annotations
 
@@ -8,20 +8,24 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Objective = Literal["absolute", "relative", "display", "denoised"]
+"""Name of the error that is minimised, see ``weights``."""
 OBJECTIVES: tuple[str, ...] = get_args(Objective)
+"""Names of all objectives."""
 EPSILON = 0.01
-"""Added to the squared luminance, as it is seen, in relative errors, so that black pixels do not take everything."""
+"""Added to the squared luminance of the exposed picture in relative errors, so that black pixels do not count for
+everything."""
 
 
 def weights(objective: str, luminance: ArrayLike, exposure: float = 0.0) -> NDArray[np.float64]:
-    """Return w >= 0 for pixels of mean ``luminance`` (any shape): the squared error as seen over that of the radiance.
+    """Return w >= 0 for pixels of mean ``luminance`` (any shape): the squared error that is seen over the radiance's.
 
-    Every objective judges the picture that ``exposure``, in stops, makes: s = 2^exposure times the radiance. So a scene
-    of half the light at one stop more has the same errors. With the seen luminance L = s luminance, w is s^2 times
+    Every objective judges the exposed picture, s = 2^exposure times the radiance, with ``exposure`` in stops. So a
+    scene with half the light has the same errors at one stop more. With the exposed luminance L = s luminance, w is s^2
+    times
 
     absolute: 1, the error of the exposed radiance. relative: 1 / (L^2 + EPSILON). display: the squared slope of the
-    sRGB curve at L, zero where the screen clips. denoised: as relative; what a denoiser leaves is another factor, see
-    ``tracer.denoising.residual_noise``.
+    sRGB curve at L, zero where the screen clips. denoised: as relative; the share of noise that a denoiser leaves is
+    another factor, see ``tracer.denoising.residual_noise``.
 
     Raises ValueError for an objective that does not exist.
     """
@@ -31,7 +35,7 @@ def weights(objective: str, luminance: ArrayLike, exposure: float = 0.0) -> NDAr
 
 
 def weights_of_seen(objective: str, seen: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the weights (any shape) of errors of the exposed picture, from its luminance >= 0."""
+    """Return the weights (any shape) of squared errors of the exposed picture, from its luminance ``seen`` >= 0."""
     if objective == "absolute":
         return np.ones_like(seen)
     if objective in ("relative", "denoised"):
@@ -42,9 +46,9 @@ def weights_of_seen(objective: str, seen: NDArray[np.float64]) -> NDArray[np.flo
 
 
 def without_scale(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return weights times the power of two that brings the largest to [1/2, 1): sharing out sees their ratios only.
+    """Return weights times the power of two that brings the largest to [1/2, 1): for an allocation only ratios count.
 
-    Without it the weights of a large exposure, up to 4^64 / EPSILON, would be beyond what float32 holds.
+    Unscaled, the weights of a large exposure, up to 4^64 / EPSILON, would exceed what float32 can hold.
     """
     exponent = int(np.frexp(values.max(initial=0.0))[1])
     return np.ldexp(values, -exponent)

@@ -1,1 +1,1 @@
-"""Files: whole or not at all, with one sentence where they cannot be read or written."""
+"""Files: written as a whole or not at all; one sentence says why one cannot be read or written."""

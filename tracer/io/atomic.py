@@ -1,4 +1,4 @@
-"""Files that are whole or not there at all, and folders that nothing is lost in."""
+"""Files that are written as a whole or not at all, and folders in which no earlier result is lost."""
 
 from __future__ import annotations
 
@@ -16,10 +16,11 @@ from tracer.core.wording import option
 from tracer.errors import OutputError, WriteError
 
 IMAGE_SUFFIXES = (".exr", ".png")
+"""Suffixes of the image files that can be written."""
 
 
 def check_output(path: Path, overwrite: bool = False, suffixes: tuple[str, ...] = IMAGE_SUFFIXES) -> Path:
-    """Return ``path`` if a file can be written there, else raise OutputError. Call it before the work, not after."""
+    """Return ``path`` if a file can be written there, else raise OutputError. Call this before the work, not after."""
     if suffixes and path.suffix.lower() not in suffixes:
         raise OutputError(f"'{path}' must end in {' or '.join(suffixes)}.")
     check_folder(path.parent)
@@ -44,7 +45,7 @@ def check_folder(folder: Path) -> Path:
 def prepare_folder(folder: Path, overwrite: bool, results: tuple[str, ...]) -> None:
     """Make ``folder`` ready for results, creating it in a folder that exists. Raises OutputError.
 
-    It is refused if any of the files ``results`` is there already, unless they may be overwritten.
+    A folder that already holds one of the files ``results`` is refused, unless ``overwrite`` is set.
     """
     if not folder.exists():
         check_folder(folder.parent)
@@ -59,10 +60,10 @@ def prepare_folder(folder: Path, overwrite: bool, results: tuple[str, ...]) -> N
 
 @contextmanager
 def whole(path: Path, durable: bool = False) -> Iterator[Path]:
-    """Yield a temporary name beside ``path``, which replaces it when the block ends well and vanishes when not.
+    """Yield the path of a temporary file, which replaces ``path`` if the block succeeds and is removed if it fails.
 
-    ``durable``: wait until it is on the disk before what was there is given up. Temporary files that a process has left
-    which was killed are removed. Raises WriteError.
+    ``durable``: wait until the new file is on the disk before it replaces the old one. Temporary files of ``path`` that
+    a killed process has left are removed. Raises WriteError.
     """
     remove_abandoned(path)
     temporary = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
@@ -80,31 +81,31 @@ def whole(path: Path, durable: bool = False) -> Iterator[Path]:
 
 def remove_abandoned(path: Path) -> None:
     """Remove temporary files of ``path`` whose process is gone."""
-    for left in path.parent.glob(f".{glob.escape(path.stem)}.*{glob.escape(path.suffix)}"):
-        process = left.name.removeprefix(f".{path.stem}.").removesuffix(path.suffix)
+    for leftover in path.parent.glob(f".{glob.escape(path.stem)}.*{glob.escape(path.suffix)}"):
+        process = leftover.name.removeprefix(f".{path.stem}.").removesuffix(path.suffix)
         if process.isdecimal() and not is_running(int(process)):
-            left.unlink(missing_ok=True)
+            leftover.unlink(missing_ok=True)
 
 
 def is_running(process: int) -> bool:
-    """Return whether there is a process of that number on this machine; one that only waits to be buried is not."""
+    """Return whether a process of that number runs on this machine; a zombie, which has ended, does not."""
     try:
         os.kill(process, 0)
         status = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2]
     except ProcessLookupError:
         return False
-    except (OSError, OverflowError):  # another person's, a system without /proc, or no number of a process
+    except (OSError, OverflowError):  # another person's process, no /proc, or a number that no process can have
         return True
     return not status.startswith(" Z")
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file."""
+    """Write a text file as UTF-8. Raises WriteError."""
     with whole(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
 
 def write_arrays(path: Path, arrays: dict[str, Any], durable: bool = False) -> None:
-    """Write arrays by name, for ``np.load``."""
+    """Write arrays by name as an NPZ file, for ``np.load``. Raises WriteError."""
     with whole(path, durable) as temporary, open(temporary, "wb") as file:
         np.savez(file, **arrays)

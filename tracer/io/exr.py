@@ -1,4 +1,4 @@
-"""Files: always whole or not at all. One EXR with named layers, PNG for looking at."""
+"""Write and read image files: EXR with named layers, and PNG to look at; written as a whole or not at all."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from tracer.io.atomic import whole
 Window = tuple[int, int, int, int]
 """x and y of the pixels within a picture, and width and height of the picture."""
 Chosen = Literal["all", "rgb"]
-"""Layers that are written."""
+"""Which layers are written: all of them, or the picture's colours alone."""
 
 
 def layers_of(channels: Iterable[str]) -> set[str]:
-    """Return the layers that we write with these channels: what is before the first dot, and "stderr"."""
+    """Return the names of the layers that channels belong to, which are before their first dots, and "stderr"."""
     return {"stderr", *(name.partition(".")[0] for name in channels)}
 
 
 LONGEST_NAME = 240
-"""Bytes of the name of a channel, with room for what we put before it: an EXR has at most 255."""
+"""Most bytes of the name of a channel. EXR allows 255; the rest is room for what we put before the name."""
 
 
 def check_channels(channels: list[str]) -> None:
-    """Raise OutputError if an EXR could not hold channels of these names. Call it before the work, not after."""
+    """Raise OutputError if an EXR could not hold channels of these names. Call this before the work, not after."""
     long = next((name for name in channels if len(name.encode()) > LONGEST_NAME), None)
     if long is not None:
         raise OutputError(
@@ -39,18 +39,18 @@ def check_channels(channels: list[str]) -> None:
 
 
 def own_names(channels: list[str], taken: set[str]) -> list[str]:
-    """Return names of channels under which they are in no layer that is ``taken``, and no two are the same.
+    """Return new names for channels, all different, of which none is in a layer that is ``taken``.
 
-    Those in such a layer, as an AOV "albedo" where features are written, come into "aov.albedo"; of names that are
-    there twice the second has "2." before it.
+    A channel in such a layer, such as an AOV "albedo" where features are written, moves to "aov.albedo". Where a name
+    occurs twice, the second channel has "2." before it.
     """
     renamed: list[str] = []
     for name in channels:
-        own = f"aov.{name}" if name.partition(".")[0] in taken else name
+        new_name = f"aov.{name}" if name.partition(".")[0] in taken else name
         count = 2
-        while own in renamed or (own in channels and own != name):
-            own, count = f"{count}.{name}", count + 1
-        renamed.append(own)
+        while new_name in renamed or (new_name in channels and new_name != name):
+            new_name, count = f"{count}.{name}", count + 1
+        renamed.append(new_name)
     return renamed
 
 
@@ -59,7 +59,7 @@ def write_exr(
 ) -> None:
     """Write channels (H, W, N) as one float32 EXR; entries of ``metadata`` become attributes ``tracer:NAME``.
 
-    ``window``: where the pixels lie in a larger picture, so that a part is shown in its place.
+    ``window``: where the pixels lie in a larger picture, so that viewers show a part in its place. Raises WriteError.
     """
     import OpenImageIO as oiio
 
@@ -77,7 +77,7 @@ def write_exr(
 
 
 def write_png(path: Path, picture: NDArray) -> None:
-    """Write a picture (H, W, 3) in [0, 1], already encoded for the screen, as 8-bit PNG."""
+    """Write a picture (H, W, 3) in [0, 1], already encoded for the screen, as 8-bit PNG. Raises WriteError."""
     import OpenImageIO as oiio
 
     height, width, count = picture.shape
@@ -86,48 +86,49 @@ def write_png(path: Path, picture: NDArray) -> None:
 
 
 def write_with_openimageio(path: Path, specification: Any, values: NDArray) -> None:
-    """Write an array as the format that the suffix of ``path`` names."""
+    """Write an array (H, W, N) in the format that the suffix of ``path`` names. Raises WriteError."""
     import OpenImageIO as oiio
 
     with whole(path) as temporary:
         output = oiio.ImageOutput.create(str(temporary))
         if output is None:
             raise WriteError(f"Cannot write '{path}': {said(oiio)}.")
-        done = output.open(str(temporary), specification) and output.write_image(np.ascontiguousarray(values))
-        if not (output.close() and done):
+        is_written = output.open(str(temporary), specification) and output.write_image(np.ascontiguousarray(values))
+        if not (output.close() and is_written):
             raise WriteError(f"Cannot write '{path}': {said(output).replace(str(temporary), path.name)}.")
         if not ends_with(temporary, list(specification.channelnames), values[-ROWS:]):
             raise WriteError(f"Cannot write '{path}': its end is missing, most likely as the disk is full.")
 
 
 ROWS = 16
-"""Of a picture, that are compressed together in an EXR."""
+"""Number of rows of a picture that an EXR compresses together: damage at the end of the file is in the last of them."""
 PNG_END = b"IEND\xaeB`\x82"
+"""The last bytes of every whole PNG file."""
 
 
 def ends_with(path: Path, names: list[str], rows: NDArray) -> bool:
-    """Return whether the last rows (H, W, N) of an image file are these, of channels with these names.
+    """Return whether an image file ends with ``rows`` (H, W, N), in channels with these ``names``.
 
-    OpenImageIO does not notice when a disk is full while the last bytes are written, and of a PNG never.
+    OpenImageIO does not notice that a disk is full while it writes the last bytes of a file, nor, for a PNG, any bytes.
     """
     import OpenImageIO as oiio
 
     if path.suffix.lower() == ".png" and not path.read_bytes().endswith(PNG_END):
-        return False  # unread, as libpng would complain on standard error
+        return False  # not read, as libpng would complain on standard error
     source = oiio.ImageInput.open(str(path))
     if source is None:
-        oiio.geterror()  # or it is printed when the program ends
+        oiio.geterror()  # an error that is not fetched is printed when the program ends
         return False
     try:
         specification, kind = source.spec(), "float" if rows.dtype == np.float32 else "uint8"
         if sorted(specification.channelnames) != sorted(names):
             return False
         end = specification.y + specification.height
-        read = source.read_scanlines(end - len(rows), end, 0, 0, len(names), kind)
+        last_rows = source.read_scanlines(end - len(rows), end, 0, 0, len(names), kind)
         expected = rows[..., [names.index(name) for name in specification.channelnames]]
-        whole = read is not None and np.array_equal(np.reshape(read, rows.shape), expected, equal_nan=True)
+        is_same = last_rows is not None and np.array_equal(np.reshape(last_rows, rows.shape), expected, equal_nan=True)
         source.geterror()
-        return whole
+        return is_same
     finally:
         source.close()
 
@@ -139,9 +140,9 @@ def read_exr(path: Path) -> tuple[list[str], NDArray[np.float32], dict[str, Any]
         values = source.read_image("float")
         if values is None:
             raise OutputError(f"Cannot read '{path}': {said(source)}.")
-        own = own_attributes(specification)
+        metadata = own_attributes(specification)
     values = np.asarray(values).reshape(specification.height, specification.width, -1)
-    return list(specification.channelnames), values, own
+    return list(specification.channelnames), values, metadata
 
 
 def read_metadata(path: Path) -> dict[str, Any]:
@@ -165,19 +166,19 @@ def opened(path: Path) -> Iterator[Any]:
 
 
 def said(speaker: Any) -> str:
-    """Return the last error of OpenImageIO, or of a file it has open, as one line without a full stop.
+    """Return the last error of OpenImageIO, or of a file that it has open, as one line without a full stop.
 
-    It quotes what a damaged file holds, which may be no text.
+    The error may quote the content of a damaged file, which need not be text.
     """
     try:
         text = speaker.geterror()
     except UnicodeDecodeError as error:
         text = error.object.decode(errors="replace")
-    lines = "".join(each if each.isprintable() else "\n" for each in text).split("\n")
+    lines = "".join(character if character.isprintable() else "\n" for character in text).split("\n")
     return "; ".join(line.strip().rstrip(".:;") for line in lines if line.strip()) or "it is damaged"
 
 
 def own_attributes(specification: Any) -> dict[str, Any]:
-    """Return the attributes that we wrote, without their prefix."""
-    attributes = {item.name: item.value for item in specification.extra_attribs}
+    """Return the attributes of an image file that we wrote, without their prefix."""
+    attributes = {attribute.name: attribute.value for attribute in specification.extra_attribs}
     return {name.removeprefix("tracer:"): value for name, value in attributes.items() if name.startswith("tracer:")}

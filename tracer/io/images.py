@@ -1,4 +1,4 @@
-"""Read pictures by any renderer as linear sRGB."""
+"""Read pictures of any renderer as linear sRGB."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ from tracer.image.metrics import SSIM_WINDOW, comparable, require_finite
 from tracer.io.exr import opened, said
 
 COMBINED = "Combined"
-"""What Blender calls the layer of the finished picture."""
+"""Name that Blender gives the layer of the finished picture."""
 
 
 def read_picture(path: Path, layer: str | None = None) -> NDArray[np.float32]:
     """Return the colours (H, W, 3), or (H, W, 1) of a grey picture, in linear sRGB.
 
     Whole numbers (PNG, JPEG) are taken to be encoded with the sRGB curve, floating-point numbers to be linear.
-    ``layer``: what stands before ".R" in the names of the channels; None takes the picture without a layer, else
-    Blender's "Combined", else the only one there is. Raises ScoreError; LayerError where ``layer`` is not there.
+    ``layer``: the text before ".R" in the names of the channels. None takes the picture outside of any layer, or else
+    Blender's layer "Combined", or else the only layer. Raises ScoreError; LayerError if there is no such ``layer``.
     """
     if not path.is_file():
         raise ScoreError(f"There is no picture '{path}'.")
     with opened(path) as source:
-        found: dict[str, tuple[int, list[int]]] = {}
+        places: dict[str, tuple[int, list[int]]] = {}
         part = 0
         while source.seek_subimage(part, 0):
             for name, channels in layers(list(source.spec().channelnames)).items():
-                found.setdefault(name, (part, channels))
+                places.setdefault(name, (part, channels))
             part += 1
-        part, channels = found[choose(path, found, layer)]
+        part, channels = places[choose(path, places, layer)]
         source.seek_subimage(part, 0)
         values = read_channels(path, source, channels)
         encoded = str(source.spec().format) not in FLOATING
@@ -44,7 +44,7 @@ def read_picture(path: Path, layer: str | None = None) -> NDArray[np.float32]:
 
 
 def read_values(path: Path) -> NDArray[np.float64]:
-    """Return the values of a picture (H, W) as they are in the file, not decoded: mean of its colours, without alpha.
+    """Return the values of a picture (H, W) as they are in the file, not decoded: the mean of R, G and B.
 
     Whole numbers are scaled to [0, 1]. Raises ScoreError.
     """
@@ -57,7 +57,7 @@ def read_values(path: Path) -> NDArray[np.float64]:
 
 
 def read_channels(path: Path, source: Any, channels: list[int]) -> NDArray[np.float32]:
-    """Return some channels of the part that ``source`` is at, (H, W, N)."""
+    """Return ``channels`` (H, W, N) of the part of an image file that ``source`` has selected. Raises ScoreError."""
     specification = source.spec()
     values = source.read_image("float")
     if values is None:
@@ -67,47 +67,49 @@ def read_channels(path: Path, source: Any, channels: list[int]) -> NDArray[np.fl
 
 
 FLOATING = ("half", "float", "double")
+"""OpenImageIO's names of the floating-point types of channels."""
 
 
 def layers(names: list[str]) -> dict[str, list[int]]:
-    """Return layers by name, "" for channels without one: the places of R, G, B, or of Y alone."""
+    """Return layers by name, "" for channels outside of any: where in ``names`` their R, G, B are, or their Y."""
     places = {name: k for k, name in enumerate(names)}
-    found = {}
+    channels_of_layer = {}
     for name in names:
-        prefix, dot, last = name.rpartition(".")
-        if last == "R" and f"{prefix}{dot}G" in places and f"{prefix}{dot}B" in places:
-            found[prefix] = [places[f"{prefix}{dot}{channel}"] for channel in "RGB"]
-        elif last == "Y" and f"{prefix}{dot}X" not in places:
-            found[prefix] = [places[name]]
-    return found
+        prefix, dot, channel_name = name.rpartition(".")
+        if channel_name == "R" and f"{prefix}{dot}G" in places and f"{prefix}{dot}B" in places:
+            channels_of_layer[prefix] = [places[f"{prefix}{dot}{channel}"] for channel in "RGB"]
+        elif channel_name == "Y" and f"{prefix}{dot}X" not in places:
+            channels_of_layer[prefix] = [places[name]]
+    return channels_of_layer
 
 
-def choose(path: Path, found: dict[str, Any], layer: str | None) -> str:
-    """Return which layer to take."""
-    listed = ", ".join(sorted(name for name in found if name)) or "none"
+def choose(path: Path, layers_found: dict[str, Any], layer: str | None) -> str:
+    """Return the name of the layer to take, for ``read_picture``. ``layers_found``: by name. Raises ScoreError."""
+    listed = ", ".join(sorted(name for name in layers_found if name)) or "none"
     if layer is not None:
-        if layer in found:
+        if layer in layers_found:
             return layer
-        hint = did_you_mean(layer, list(found), otherwise=f"; it has: {listed}.")
+        hint = did_you_mean(layer, list(layers_found), otherwise=f"; it has: {listed}.")
         raise LayerError(f"'{path}' has no layer '{layer}'{hint}")
-    combined = [name for name in found if name.split(".")[-1] == COMBINED]
-    for names in ([""] if "" in found else [], combined, list(found)):
+    combined = [name for name in layers_found if name.split(".")[-1] == COMBINED]
+    for names in ([""] if "" in layers_found else [], combined, list(layers_found)):
         if len(names) == 1:
             return names[0]
-    if not found:
+    if not layers_found:
         raise ScoreError(f"'{path}' has no channels R, G and B, and no Y: there is no picture in it to score.")
     raise ScoreError(f"'{path}' has several layers; choose one with --layer: {listed}.")
 
 
 def score_pair(path: Path, image: NDArray, reference_path: Path, reference: NDArray) -> tuple[NDArray, NDArray]:
-    """Return both pictures (H, W, 3), large enough for every error. Raises ScoreError if they cannot be compared."""
+    """Return image and reference as (H, W, 3). Raises ScoreError if they cannot be compared by every error measure."""
     return comparable(image, reference, (f"'{path}'", f"'{reference_path}'"), SSIM_WINDOW)
 
 
 def read_reference(path: Path, layer: str | None) -> tuple[NDArray[np.float32], str | None]:
-    """Return a reference of pictures of which ``layer`` is scored, as ``read_picture`` does, and the layer taken.
+    """Return the reference for pictures whose ``layer`` is scored, as ``read_picture`` does, and the layer it is from.
 
-    That is the layer of the same name, or where the reference has none, its own picture (None). Raises ScoreError.
+    That is the layer of the same name or, where the reference has none, the picture that ``read_picture`` takes without
+    a layer (None). Raises ScoreError.
     """
     if layer is not None:
         with suppress(LayerError):

@@ -1,4 +1,4 @@
-"""Keep what cannot be written where it was to go, as on a full disk: somewhere else, if there is room."""
+"""Write a picture somewhere else when it cannot be written to its own place, as on a full disk."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from tracer.errors import WriteError
 
 
 def write_or_rescue(path: Path, write: Callable[[Path], None]) -> None:
-    """Call ``write`` with ``path``, and if that fails with the same name in a new folder of another place.
+    """Call ``write`` with ``path``; if that fails, with the same file name in a new folder of another place.
 
-    Raises WriteError if it failed at first, which says where the picture is now.
+    Raises WriteError if the first attempt failed; its message says where the picture is now.
     """
     try:
         write(path)
@@ -22,7 +22,7 @@ def write_or_rescue(path: Path, write: Callable[[Path], None]) -> None:
 
 
 def rescued(path: Path, write: Callable[[Path], None]) -> str:
-    """Write a file in the first place that has room; return a sentence about it."""
+    """Write a file in the first place that has room; return a sentence that says where the picture is."""
     for folder in other_places():
         try:
             place = Path(tempfile.mkdtemp(prefix="tracer-", dir=folder))
@@ -39,7 +39,7 @@ def rescued(path: Path, write: Callable[[Path], None]) -> str:
 
 
 def other_places() -> Iterator[Path]:
-    """Yield folders that are likely to be on other disks: for temporary files, the user's own, the current one."""
+    """Yield folders that may be on other disks: the one for temporary files, the user's home, the current folder."""
     for place in (lambda: Path(tempfile.gettempdir()), Path.home, Path.cwd):
-        with contextlib.suppress(OSError, RuntimeError):  # there may be none
+        with contextlib.suppress(OSError, RuntimeError):  # there may be no such folder
             yield place()

@@ -1,1 +1,1 @@
-"""From a list of (pixel, sample index) to radiance, in passes that fill the device."""
+"""From a list of (pixel, sample index) to radiance, in passes large enough to occupy the device."""

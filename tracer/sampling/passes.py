@@ -1,25 +1,29 @@
-"""How the samples of a round are cut into passes: large enough to fill the device, small enough to show progress."""
+"""Sizes of the passes into which a round is cut: large enough to occupy the device, small enough to show progress."""
 
 from __future__ import annotations
 
 from math import ceil
 
 PASS_SIZES = (1 << 20, 1 << 21, 1 << 22)
-"""Samples per pass: enough to keep the threads busy, few enough for flat memory and a sign of life every second."""
+"""Numbers of samples that a pass may have: enough to keep all threads busy, few enough that memory stays the same for
+large pictures and that progress shows every second."""
 
 
 PASS_SECONDS = 1.5
-"""A pass takes no longer, unless the smallest does."""
+"""Most seconds that a pass takes, unless a pass of the smallest size takes longer."""
 
 
 def even_pass(left: int, size: int, largest: int = PASS_SIZES[-1]) -> int:
-    """Return the samples of the next pass of ``left``, so that passes are about as long as ``size`` and each other.
+    """Return the samples of the next pass where ``left`` samples are left, so that all passes are about equal.
 
-    None has more than ``largest``.
+    They have about ``size`` samples each, and none has more than ``largest``.
     """
     return ceil(left / max(round(left / size), ceil(left / largest)))
 
 
 def next_pass_size(rate: float) -> int:
-    """Return the samples of the next pass: the most of PASS_SIZES that take no more than PASS_SECONDS."""
-    return max((each for each in PASS_SIZES if each <= rate * PASS_SECONDS), default=PASS_SIZES[0])
+    """Return the samples of the next pass: the largest of PASS_SIZES that takes at most PASS_SECONDS.
+
+    ``rate``: samples per second.
+    """
+    return max((size for size in PASS_SIZES if size <= rate * PASS_SECONDS), default=PASS_SIZES[0])

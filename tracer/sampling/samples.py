@@ -1,4 +1,4 @@
-"""Draw samples: a list of (pixel, sample index) to radiance, on the device."""
+"""Draw samples on the device: from a list of (pixel, sample index) to radiance."""
 
 from __future__ import annotations
 
@@ -18,34 +18,35 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Samples:
-    """What a pass has drawn, one entry a lane."""
+    """The samples of a pass, one entry per lane."""
 
     values: list[Any]
-    """mi.Float per channel of the image."""
+    """A list with an mi.Float for each channel of the image."""
     position: Any
     """mi.Point2f: place of the sample within its pixel, in [0, 1)^2."""
     rays: Any
-    """mi.Float: rays that the sample is taken to have traced, see ``rays_of``."""
+    """mi.Float: number of rays that the sample is taken to have traced, see ``rays_of``."""
     moments: list[Any] = field(default_factory=list)
-    """mi.Float per quantity whose mean over a pixel a criterion asked for."""
+    """A list with an mi.Float for each quantity whose mean over a pixel a criterion asked for."""
     peaks: list[Any] = field(default_factory=list)
-    """mi.Float per quantity whose maximum over a pixel a criterion asked for."""
+    """A list with an mi.Float for each quantity whose maximum over a pixel a criterion asked for."""
 
 
 Moments = Callable[[list[Any], Any], tuple[list[Any], list[Any]]]
-"""From the colour of a sample (mi.Float per channel) and its index (mi.UInt32) to ``moments`` and ``peaks``."""
+"""Function from the colour of a sample (a list of mi.Float, per channel) and its index (mi.UInt32) to the ``moments``
+and ``peaks`` of ``Samples``."""
 
 
 def make_sampler() -> Any:
-    """Return a new sampler of the kind that every sample is drawn with."""
+    """Return a new sampler of the kind with which all samples are drawn."""
     return mi.load_dict({"type": "owen_sobol"})
 
 
 def camera_ray(view: View, sampler: Any, row: Any, column: Any) -> tuple[Any, Any, Any]:
-    """Return (ray, weight, position within the pixel) for the next sample of pixels of ``view.grid``.
+    """Return (ray, weight, position within the pixel) for the next sample of the pixels at ``row`` and ``column``.
 
-    Draws dimensions in Mitsuba's own order (film, aperture, time, wavelength), so that a sample equals the one that
-    ``mi.render`` takes with the same sampler.
+    Both count in ``view.grid``. Dimensions are drawn in Mitsuba's own order (film, aperture, time, wavelength), so that
+    a sample equals the one that ``mi.render`` takes with the same sampler.
     """
     position = sampler.next_2d()
     corner = mi.Vector2f(mi.Vector2i(column, row) + view.grid_origin)
@@ -71,9 +72,9 @@ def draw(
     differential_scale: Any,
     moments: Moments | None = None,
 ) -> Samples:
-    """Draw sample ``index`` of pixel ``pixel`` (both mi.UInt32, one entry a lane); nothing is evaluated.
+    """Draw sample ``index`` of pixel ``pixel`` (both mi.UInt32, one entry per lane); nothing is evaluated.
 
-    ``differential_scale`` shrinks ray differentials, 1 / sqrt(spp) as in ``mi.render``.
+    ``differential_scale``: factor that shrinks ray differentials, 1 / sqrt(spp) as in ``mi.render``.
     """
     sampler.seed_samples(seed, pixel, index)
     shot = shoot(view, sampler, pixel, differential_scale)
@@ -81,7 +82,7 @@ def draw(
 
 
 def shoot(view: View, sampler: Any, pixel: Any, differential_scale: Any) -> tuple[Any, Any, Any]:
-    """Return ``camera_ray`` of each pixel, its differentials scaled."""
+    """Return ``camera_ray`` of each pixel (mi.UInt32), with scaled differentials."""
     row, column = divide(pixel, view.grid[1])
     ray, weight, position = camera_ray(view, sampler, row, column)
     ray.scale_differential(differential_scale)
@@ -89,7 +90,7 @@ def shoot(view: View, sampler: Any, pixel: Any, differential_scale: Any) -> tupl
 
 
 def follow(view: View, sampler: Any, shot: tuple[Any, Any, Any], index: Any, moments: Moments | None) -> Samples:
-    """Return the samples along the rays of ``shoot``."""
+    """Return the samples along the rays that ``shoot`` returned as ``shot``."""
     ray, weight, position = shot
     of_camera = mi.UInt32(sampler.dimension)
     radiance, valid, aovs = sample_radiance(view, sampler, ray)
@@ -107,41 +108,42 @@ def moment_counts(view: View, moments: Moments | None) -> tuple[int, int]:
 
 
 def rays_of(dimensions: Any) -> Any:
-    """Return the rays of a path (mi.Float) from the dimensions (mi.UInt32) that its integrator drew.
+    """Return the number of rays of a path (mi.Float) from the number of dimensions (mi.UInt32) that it drew.
 
-    Mitsuba's ``path`` draws four a vertex, for an emitter, a lobe, a direction and roulette, those of the vertex where
-    it ends included; and it traces a ray to each vertex and, but for the last, one to an emitter: 2 k - 1 rays for k
+    Mitsuba's ``path`` draws four dimensions per vertex, the last one included: for an emitter, a lobe, a direction and
+    roulette. It traces a ray to each vertex and, except from the last one, a ray to an emitter: 2 k - 1 rays for k
     vertices. An integrator that draws the same number along every path is taken to cost the same everywhere.
     """
     return dr.maximum(0.5 * mi.Float(dimensions) - 1.0, 1.0)
 
 
 HIDES_ARRAYS = ("ThinLensCamera",)
-"""Cameras of Mitsuba 3.9 that hide arrays from Dr.Jit."""
+"""Classes of the cameras of Mitsuba 3.9 that hide arrays from Dr.Jit, so that their rays cannot be recorded."""
 
 
 class Recorded:
-    """``draw`` of one view as a function of (seed, pixel, index, differential_scale).
+    """``draw`` for one view, as a recorded function of (seed, pixel, index, differential_scale).
 
-    It evaluates what it returns. Dr.Jit traces it once or twice and then launches the kernels it recorded: to trace a
-    scene of many shapes takes as long as to draw 10^5 samples. ``pixel`` and ``index`` may be of any width. What uses a
-    plugin that hides arrays from Dr.Jit cannot be recorded: the rays of such a camera are traced for every pass and
-    handed over, and if something else hides them, everything is; as that is found out only when the first pass was
-    drawn for nothing, cameras known to do so (HIDES_ARRAYS) are not tried.
+    It evaluates what it returns. Dr.Jit traces the function once or twice and then launches the kernels that it has
+    recorded, as to trace a scene of many shapes takes as long as to draw 10^5 samples. ``pixel`` and ``index`` may have
+    any width. Plugins that hide arrays from Dr.Jit cannot be recorded. If a camera hides them, its rays are traced anew
+    for every pass and handed to the recording; if another plugin does, everything is traced anew. As that shows only
+    after a first pass was drawn in vain, recording is not tried with cameras that are known to do so (HIDES_ARRAYS).
     """
 
     def __init__(self, view: View, sampler: Any, moments: Moments | None = None) -> None:
         held = [view, sampler]
 
-        def trace(seed: Any, pixel: Any, index: Any, last: Any) -> tuple[Any, ...]:
+        def trace(seed: Any, pixel: Any, index: Any, scale_or_shot: Any) -> tuple[Any, ...]:
             view, sampler = held
-            # A fork, as the sampler is an input of the recording: arrays left in it by the last pass would be too.
+            # The sampler is an input of the recording, and so would be arrays that the last pass left in it: so fork.
             sampler = sampler.fork()
             sampler.seed_samples(seed, pixel, index)
-            if isinstance(last, tuple):
-                sampler.dimension, shot = mi.UInt32(last[0]), last[1:]  # a copy: loops change it in place
+            if isinstance(scale_or_shot, tuple):
+                # The dimension is copied, as loops change it in place.
+                sampler.dimension, shot = mi.UInt32(scale_or_shot[0]), scale_or_shot[1:]
             else:
-                shot = shoot(view, sampler, pixel, last)
+                shot = shoot(view, sampler, pixel, scale_or_shot)
             samples = follow(view, sampler, shot, index, moments)
             drawn = (samples.values, samples.position, samples.rays, samples.moments, samples.peaks)
             dr.eval(drawn)
@@ -152,34 +154,36 @@ class Recorded:
         self.records_camera = view.sensor.class_name() not in HIDES_ARRAYS
 
     def __call__(self, seed: Any, pixel: Any, index: Any, differential_scale: Any) -> Samples:
-        """Draw, see ``draw`` for the arguments."""
-        last = differential_scale if self.records_camera else self.shoot(seed, pixel, index, differential_scale)
-        dr.eval(seed, pixel, index, last)
+        """Draw samples; see ``draw`` for the arguments."""
+        scale_or_shot = (
+            differential_scale if self.records_camera else self.shoot(seed, pixel, index, differential_scale)
+        )
+        dr.eval(seed, pixel, index, scale_or_shot)
         if self.recordable:
             try:
-                return Samples(*self.record(seed, pixel, index, last))
-            except RuntimeError as error:  # tracing finds the error again, if it is another one
+                return Samples(*self.record(seed, pixel, index, scale_or_shot))
+            except RuntimeError as error:  # an error of another cause is raised again by tracing
                 self.recordable = False
                 logger.info("Every pass is traced anew, as the scene cannot be recorded: %s", error)
-        return Samples(*self.trace(seed, pixel, index, last))
+        return Samples(*self.trace(seed, pixel, index, scale_or_shot))
 
     def shoot(self, seed: Any, pixel: Any, index: Any, differential_scale: Any) -> tuple[Any, ...]:
-        """Return the dimension that follows those of the camera, and its rays."""
+        """Return the first dimension after those that the camera draws, and what the function ``shoot`` returns."""
         view, sampler = self.held[0], self.held[1].fork()
         sampler.seed_samples(seed, pixel, index)
         shot = shoot(view, sampler, pixel, differential_scale)
-        found = mi.UInt32(sampler.dimension), *shot
-        dr.make_opaque(found)  # a literal of another width would be another input, and recorded once more
-        return found
+        inputs = mi.UInt32(sampler.dimension), *shot
+        dr.make_opaque(inputs)  # a literal of another width would be recorded once more
+        return inputs
 
     def close(self) -> None:
-        """Let go of scene and kernels: a frozen function is part of a reference cycle and would keep them."""
+        """Release scene and kernels: a frozen function is part of a reference cycle, which would keep them."""
         self.record.clear()
         self.held.clear()
 
 
 def sample_radiance(view: View, sampler: Any, ray: Any) -> tuple[Any, Any, list[Any]]:
-    """Return (radiance, valid, AOVs) along rays; Mitsuba's Python integrators have an interface of their own."""
+    """Return (radiance, valid, AOVs) along rays; Mitsuba's integrators in Python have an interface of their own."""
     if isinstance(view.integrator, mi.CppADIntegrator):
         nothing = {"depth": mi.UInt32(0), "δL": None, "δaovs": None, "state_in": None, "active": mi.Bool(True)}
         primal = dr.ADMode.Primal

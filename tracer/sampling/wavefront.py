@@ -1,11 +1,11 @@
-"""The samples of a round, laid out pixel after pixel, and cut into parts and passes that trace whole packets of rays.
+"""The samples of a round in a line, pixel after pixel, cut into parts and passes that trace whole packets of rays.
 
 The list of samples is never stored. A pass is a window of the line, and each lane finds its pixel by a running sum over
-the marks where pixels begin.
+marks at the lanes where pixels begin.
 
-Where a ray meets two surfaces at once, it depends on the other rays of its packet which one Embree finds. So that the
-picture does not depend on how a round is cut, packets are those of the whole round: whoever draws a part of it traces
-the few samples before and after, too, that share a packet with its own, and does not add them.
+Where a ray meets two surfaces at once, the other rays of its packet decide which one Embree finds. So that the picture
+does not depend on how a round is cut, packets are always those of the whole round: a worker that draws a part of the
+round also traces the few samples before and after it that share a packet with its own, and does not add them.
 """
 
 from __future__ import annotations
@@ -24,20 +24,22 @@ from tracer.core.arrays import Counts
 from tracer.core.device import upload
 
 PACKET = 16
-"""Lanes whose rays Embree traces together, or a multiple: 4, 8 or 16, by what the processor has."""
+"""Lanes of a packet. Embree traces the rays of 4, 8 or 16 lanes together, depending on the processor; 16 is a multiple
+of each."""
 
 
 @dataclass(frozen=True)
 class Window:
-    """The part of a line that one pass traces: lanes ``begin[k]`` to ``end[k]`` belong to ``first_pixel + k``."""
+    """Part of a line that a pass traces. Lanes ``begin[k]`` to ``end[k]`` - 1 belong to pixel ``first_pixel`` + k."""
 
     first_pixel: int
-    """Counted from the first one of the estimate; the window may begin before it and end after its last one."""
+    """Counted from the first pixel of the estimate. The window may begin before it, and end after the last pixel."""
     lane_count: int
+    """Number of lanes of the window."""
     begin: Counts
     """(pixels of the window,): first lane of each pixel."""
     own: Counts
-    """(pixels of the window,): the first that is added."""
+    """(pixels of the window,): first lane of each pixel that is added."""
     end: Counts
     """(pixels of the window,): one past the last lane of each pixel."""
     base: Counts
@@ -45,33 +47,34 @@ class Window:
 
     @property
     def sample_count(self) -> int:
-        """Samples that are added."""
+        """Number of samples that are added."""
         return int((self.end - self.own).sum(dtype=np.int64))
 
-    def touches(self, first: int, size: int) -> bool:
-        """Say whether any of ``size`` pixels from ``first`` may have lanes."""
-        return self.first_pixel < first + size and first < self.first_pixel + len(self.begin)
+    def touches(self, first_pixel: int, size: int) -> bool:
+        """Return whether any of ``size`` pixels from ``first_pixel`` on may have lanes."""
+        return self.first_pixel < first_pixel + size and first_pixel < self.first_pixel + len(self.begin)
 
-    def lanes_of(self, first: int, size: int) -> tuple[Any, Any]:
-        """Return (begin, end) of what is added to ``size`` pixels from ``first``, mi.UInt32; to others nothing is."""
-        low, high = max(first, self.first_pixel), min(first + size, self.first_pixel + len(self.begin))
-        found = []
+    def lanes_of(self, first_pixel: int, size: int) -> tuple[Any, Any]:
+        """Return (begin, end), mi.UInt32, of the lanes added to each of ``size`` pixels from ``first_pixel`` on."""
+        low, high = max(first_pixel, self.first_pixel), min(first_pixel + size, self.first_pixel + len(self.begin))
+        bounds = []
         for lanes in (self.own, self.end):
-            whole = np.zeros(size, np.uint32)
-            whole[low - first : high - first] = lanes[low - self.first_pixel : high - self.first_pixel]
-            found.append(upload(mi.UInt32, whole))
-        return found[0], found[1]
+            padded = np.zeros(size, np.uint32)
+            padded[low - first_pixel : high - first_pixel] = lanes[low - self.first_pixel : high - self.first_pixel]
+            bounds.append(upload(mi.UInt32, padded))
+        return bounds[0], bounds[1]
 
 
 @dataclass(frozen=True)
 class Stretch:
-    """Samples ``before`` to ``after`` - 1 of consecutive pixels in a round; the first one is the first of a packet."""
+    """Samples ``before`` to ``after`` - 1 of consecutive pixels in a round. The first of them begins a packet."""
 
     first_pixel: int
+    """Number of the first pixel in the picture."""
     before: Counts
     """(P,): samples of each pixel before the round."""
     after: Counts
-    """(P,): the same after it."""
+    """(P,): samples of each pixel after the round."""
 
     @cached_property
     def ends(self) -> NDArray[np.int64]:
@@ -80,17 +83,17 @@ class Stretch:
 
     @property
     def nbytes(self) -> int:
-        """Bytes of its arrays."""
+        """Size of its arrays in bytes."""
         return self.before.nbytes + self.after.nbytes
 
-    def part(self, first: int, size: int) -> Stretch:
-        """Return the packets that have samples of ``size`` pixels from ``first``, with their neighbours' samples."""
-        first -= self.first_pixel
+    def part(self, first_pixel: int, size: int) -> Stretch:
+        """Return all packets with samples of ``size`` pixels from ``first_pixel`` on, with all samples in them."""
+        first_pixel -= self.first_pixel
         ends = self.ends
-        start = floor(ends[first - 1] if first else 0)
-        stop = min(ceil(ends[first + size - 1]), int(ends[-1]))
-        low = min(int(np.searchsorted(ends, start, side="right")), first)
-        high = max(int(np.searchsorted(ends, stop, side="left")) + 1, first + size)
+        start = floor(ends[first_pixel - 1] if first_pixel else 0)
+        stop = min(ceil(ends[first_pixel + size - 1]), int(ends[-1]))
+        low = min(int(np.searchsorted(ends, start, side="right")), first_pixel)
+        high = max(int(np.searchsorted(ends, stop, side="left")) + 1, first_pixel + size)
         before, after = self.before[low:high].copy(), self.after[low:high].copy()
         before[0] += max(start - int(ends[low - 1] if low else 0), 0)
         after[-1] -= max(int(ends[high - 1]) - stop, 0)
@@ -98,29 +101,29 @@ class Stretch:
 
 
 class Line:
-    """What is still to be drawn of a stretch, in whole packets, cut into passes one after the other."""
+    """The samples of a stretch that are still to be drawn, in whole packets, from which passes are taken one by one."""
 
     def __init__(self, stretch: Stretch, drawn: Counts | None = None, first_pixel: int = 0) -> None:
-        """``drawn`` (P,): samples of each pixel that there are, ``before`` to ``after`` of the stretch; None: before.
+        """``drawn`` (P,): samples that each pixel has, from ``before`` to ``after`` of the stretch; None: ``before``.
 
-        ``first_pixel``: of the estimate that they are added to.
+        ``first_pixel``: first pixel of the estimate to which they are added.
         """
         ends = stretch.ends
         begins = ends - (stretch.after - stretch.before)
         drawn = stretch.before if drawn is None else drawn
         self.first_pixel = stretch.first_pixel - first_pixel
-        own = begins + (drawn - stretch.before)
-        low, high = whole_packets(begins, own, ends)
+        first_needed = begins + (drawn - stretch.before)
+        low, high = whole_packets(begins, first_needed, ends)
         self.ends = np.cumsum(high - low)
         self.begins = self.ends - (high - low)
-        self.own = np.minimum(self.begins + (own - low), self.ends)
+        self.own = np.minimum(self.begins + (first_needed - low), self.ends)
         self.base = stretch.before + (low - begins) - self.begins
         self.total = int(self.ends[-1]) if len(ends) else 0
-        """Lanes."""
+        """Number of lanes."""
         self.taken = 0
 
     def take(self, size: int) -> Window:
-        """Return the next ``size`` lanes, or what is left; a pixel may be split between passes, and no packet is."""
+        """Return the next ``size`` lanes, or those that are left. Passes may split a pixel, but never a packet."""
         start, stop = self.taken, min(self.taken + ceil(size), self.total)
         self.taken = stop
         low = int(np.searchsorted(self.ends, start, side="right"))
@@ -137,29 +140,30 @@ class Line:
         )
 
     def passes(self, size: int) -> Iterator[Window]:
-        """Yield the rest in passes of one size."""
+        """Yield the rest in passes of ``size`` lanes."""
         while self.taken < self.total:
             yield self.take(size)
 
 
 def line_of(counts: Counts) -> Line:
-    """Return a line of the first ``counts`` (P,) samples of all pixels of a picture."""
+    """Return a line with the first ``counts`` (P,) samples of all pixels of a picture."""
     return Line(Stretch(0, np.zeros_like(counts), counts))
 
 
 def whole_packets(
-    begins: NDArray[np.int64], own: NDArray[np.int64], ends: NDArray[np.int64]
+    begins: NDArray[np.int64], first_needed: NDArray[np.int64], ends: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return (first lane, one past the last) of each pixel to trace so that all of lanes ``own`` to ``ends`` are.
+    """Return (first lane, one past the last) of each pixel to trace, so that whole packets hold the needed lanes.
 
-    All (P,). Pixels have the lanes from ``begins``; those between two that are needed are traced, too.
+    All arrays are (P,). Each pixel has the lanes ``begins`` to ``ends`` - 1 and needs those from ``first_needed`` on.
+    Lanes between two needed ones of a packet are traced, too.
     """
-    if np.array_equal(begins, own):
+    if np.array_equal(begins, first_needed):
         return begins, ends
-    needed = own < ends
-    reach_down = np.where(needed, floor(own), ends[-1] + PACKET)
+    needed = first_needed < ends
+    reach_down = np.where(needed, floor(first_needed), ends[-1] + PACKET)
     reach_up = np.where(needed, ceil(ends), 0)
-    # How far packets of needed samples reach into a pixel from those after it, itself included, and before it.
+    # How far packets of needed samples reach into a pixel: of the pixel itself and those after it, and of those before.
     from_after = np.minimum.accumulate(reach_down[::-1])[::-1]
     from_before = np.concatenate([[0], np.maximum.accumulate(reach_up)[:-1]])
     low = np.where(from_before > begins, begins, np.clip(from_after, begins, ends))
@@ -168,22 +172,22 @@ def whole_packets(
 
 
 def floor(lane: Any) -> Any:
-    """Return the first lane of a packet."""
+    """Return the first lane of the packet that ``lane`` is in."""
     return lane // PACKET * PACKET
 
 
 def ceil(lane: Any) -> Any:
-    """Return the first lane of the next packet, or ``lane`` if that is the first of one."""
+    """Return ``lane`` if it is the first of a packet, else the first lane of the next packet."""
     return floor(lane + PACKET - 1)
 
 
 def lane_pixels(window: Window, first_pixel: int = 0) -> tuple[Any, Any]:
-    """Return (pixel, sample index) of every lane of a window, as mi.UInt32.
+    """Return (pixel, sample index) of every lane of a window, mi.UInt32 each.
 
-    ``first_pixel``: that of the estimate, in the picture.
+    ``first_pixel``: number in the picture of the first pixel of the estimate.
     """
     marks = dr.zeros(mi.UInt32, window.lane_count)
-    # Left to itself Dr.Jit chooses the mode by the size of ``marks``, and compiles one kernel for each.
+    # By default Dr.Jit chooses the mode by the size of ``marks``, and compiles a kernel for each mode.
     dr.scatter_add(marks, mi.UInt32(1), upload(mi.UInt32, window.begin), mode=dr.ReduceMode.Direct)
     rank = dr.cumsum(marks) - 1
     index = dr.gather(mi.UInt32, upload(mi.UInt32, window.base), rank) + dr.arange(mi.UInt32, window.lane_count)

@@ -1,7 +1,7 @@
-"""What identifies the content of a scene, however it is given: everything that decides its pictures, hashed.
+"""A hash that identifies the content of a scene, however it is given: it covers everything that decides its pictures.
 
-Contents are hashed and never printed forms: what prints the same may differ in its last digits, or within arrays that
-are too long to be printed.
+Contents are hashed, not printed forms alone: things that print the same may differ in their last digits, or within
+arrays that are too long to be printed.
 """
 
 from __future__ import annotations
@@ -19,16 +19,18 @@ import numpy as np
 from tracer.scene.load import parse, properties
 
 ADDRESS = re.compile(rb"0x[0-9a-f]+")
-"""Where an object lies in memory, which some objects print of themselves."""
+"""Pattern of an object's address in memory, which some objects print of themselves and which no hash may cover."""
 DIGITS = 16
+"""Hexadecimal digits of a fingerprint: 64 bits."""
 
 
 def fingerprint(source: Any, define: dict[str, str] | None = None) -> str:
-    """Return a hash (hexadecimal, 16 digits) of what a scene consists of. Raises SceneError.
+    """Return a hash (hexadecimal, 16 digits) of the content of a scene. Raises SceneError.
 
-    For a path: its XML, all files it includes, and the content of every file it names (meshes, textures, volumes). For
-    a dictionary: the same after parsing, with the content of all arrays and objects in it. For a loaded scene: what it
-    prints of itself, and the content of all of its parameters (meshes, textures, transforms).
+    For a path it covers the XML, all files that it includes, and the content of every file that it names (meshes,
+    textures, volumes); for a dictionary, the same after parsing, with the content of all arrays and objects in it; for
+    a loaded scene, what the scene prints of itself and the content of all its parameters (meshes, textures,
+    transforms).
     """
     if not isinstance(source, str | Path | dict):
         return digest(*content(source))
@@ -39,7 +41,7 @@ def fingerprint(source: Any, define: dict[str, str] | None = None) -> str:
         for name, value in properties(source, node):
             if isinstance(source, dict):
                 pieces += [f"{node.props.plugin_name()} {name}".encode(), *content(value)]
-            elif hasattr(value, "wavelengths"):  # of a file that was read with the scene
+            elif hasattr(value, "wavelengths"):  # a spectrum from a file, which was read with the scene
                 pieces += content(value)
             if isinstance(value, str) and (file := parsed.find(value)):
                 pieces.append(file.read_bytes())

@@ -1,7 +1,7 @@
-"""What to use for names of Mitsuba 0.6 and before, and of other programs, that Mitsuba 3 does not know.
+"""What to use instead of names that Mitsuba 3 does not know: those of Mitsuba 0.6 and before, and of other programs.
 
-Renamed parameters are not here: Mitsuba renames those of files that say version="0.6.0", and for others the nearest
-name is offered.
+Renamed parameters are not here. In files with version="0.6.0" Mitsuba renames them itself; for other files the error
+message offers the nearest name.
 """
 
 from __future__ import annotations
@@ -13,7 +13,9 @@ import numpy as np
 from tracer.image.colour import decode_srgb
 
 FORMATS = "Mitsuba reads meshes from 'ply', 'obj' and 'serialized' files, so convert it to one of these"
+"""What to do about meshes in formats that Mitsuba does not read."""
 LEAVE_OUT = "leave it out"
+"""What to do about parameters that have no successor."""
 
 PLUGINS: dict[str, dict[str, str]] = {
     "integrator": {
@@ -66,7 +68,7 @@ PLUGINS: dict[str, dict[str, str]] = {
         **dict.fromkeys(("volcache", "hgridvolume"), "use 'gridvolume'"),
     },
 }
-"""What to do instead, by kind and name of the plugin."""
+"""What to do instead of using a plugin, by its kind and name."""
 
 PARAMETERS: dict[str, dict[str, str]] = {
     "integrator": {"strict_normals": LEAVE_OUT},
@@ -93,7 +95,7 @@ PARAMETERS: dict[str, dict[str, str]] = {
         **dict.fromkeys(("method", "step_size"), LEAVE_OUT),
     },
 }
-"""What to do instead, by kind of the plugin and name of the parameter, as Mitsuba 3 would write it."""
+"""What to do instead of using a parameter, by kind of its plugin and by its name as Mitsuba 3 would write it."""
 
 ELEMENTS = {
     "srgb": "use <rgb> with three linear numbers, each of the encoded v being ((v + 0.055) / 1.055)^2.4",
@@ -104,22 +106,22 @@ ELEMENTS = {
     "luminaire": "use <emitter>",
     "camera": "use <sensor>",
 }
-"""What to do instead, by name of the XML element."""
+"""What to do instead of using an XML element, by its name."""
 
 
 def former_plugin(kind: str | None, name: str) -> str | None:
-    """Return what to use instead of a plugin (of any kind if that is None), or None if nothing is known of it."""
+    """Return what to use instead of a plugin, or None if nothing is known of it. ``kind`` None means any kind."""
     kinds = PLUGINS if kind is None else {kind: PLUGINS.get(kind, {})}
     return next((plugins[name] for plugins in kinds.values() if name in plugins), None)
 
 
 def former_parameter(kind: str, name: str) -> str | None:
-    """Return what to do about a parameter of a plugin of a kind, or None if nothing is known of it."""
+    """Return what to do about a parameter of a plugin of this ``kind``, or None if nothing is known of it."""
     return PARAMETERS.get(kind, {}).get(re.sub(r"(?<=[a-z])([A-Z])", r"_\1", name).lower())
 
 
 def linear_colour(code: str) -> str | None:
-    """Return the three linear numbers of a colour "#rrggbb" of a screen, as <rgb> takes them; None for other text."""
+    """Return a screen colour "#rrggbb" as three linear numbers, the way <rgb> takes them; None for other text."""
     if not re.fullmatch(r"#[0-9a-fA-F]{6}", code):
         return None
     return ", ".join(f"{value:.4g}" for value in decode_srgb(np.array(list(bytes.fromhex(code[1:]))) / 255))

@@ -1,4 +1,4 @@
-"""What a picture is, apart from the scene it shows: its pixels and what their numbers mean."""
+"""What is known of a picture apart from the scene it shows: its pixels, and what their numbers mean."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from tracer.image.colour import luminance
 
 
 class Frame:
-    """Pixels are counted row by row over ``grid``: the image, and a border that the film may ask for."""
+    """The pixels of a picture. They are counted row by row over ``grid``: the image and a border around it."""
 
     size: tuple[int, int]
     """(height, width) of the image."""
     border: int
-    """Pixels sampled outside each side of the image."""
+    """Pixels that are sampled outside each side of the image, as the film may ask for."""
     channels: list[str]
     """Names of the channels of the image."""
     reach: int
-    """How many pixels away a sample still counts through the reconstruction filter; 0 for a box filter."""
+    """Distance in pixels over which a sample counts through the reconstruction filter; 0 for a box filter."""
     window: tuple[int, int, int, int]
     """x and y of the image within the film, and width and height of the film."""
 
     @property
     def grid(self) -> tuple[int, int]:
-        """(height, width) of the pixels that are sampled."""
+        """(height, width) of the area of pixels that are sampled: the image and its border."""
         return self.size[0] + 2 * self.border, self.size[1] + 2 * self.border
 
     @property
@@ -44,7 +44,7 @@ class Frame:
 
     @property
     def colour_channels(self) -> int:
-        """How many of the channels, from the first, are colour: what decisions look at."""
+        """How many channels, from the first on, are colour. Decisions look at these alone."""
         return 3 if self.channels[0] in "RX" else 1
 
     @property
@@ -53,20 +53,20 @@ class Frame:
         return self.channels[self.colour_channels : self.colour_channels + 1] == ["A"]
 
     def luminance(self, image: NDArray) -> NDArray:
-        """Return the luminance (H, W) of an image (H, W, C) in these channels."""
+        """Return the luminance (H, W) of an image (H, W, C) in the channels of this frame."""
         if self.channels[0] == "X":
             return image[..., 1]
         return luminance(image[..., : self.colour_channels])
 
     def rgb(self, image: NDArray) -> NDArray:
-        """Return the colours (H, W, 3) of an image (H, W, C) in these channels, as linear sRGB."""
+        """Return the colours (H, W, 3) of an image (H, W, C) in the channels of this frame, as linear sRGB."""
         colour = image[..., : self.colour_channels]
         if self.channels[0] == "X":
             return np.array(mi.xyz_to_srgb(colours(colour))).T.reshape(colour.shape)
         return colour.repeat(3, axis=-1) if self.colour_channels == 1 else colour
 
     def from_rgb(self, rgb: NDArray) -> NDArray:
-        """Return the colour channels (H, W, 1 or 3) of these channels from linear sRGB (H, W, 3)."""
+        """Return linear sRGB (H, W, 3) as the colour channels of this frame, (H, W, 1 or 3)."""
         if self.channels[0] == "X":
             return np.array(mi.srgb_to_xyz(colours(rgb))).T.reshape(rgb.shape)
         return luminance(rgb)[..., None] if self.colour_channels == 1 else rgb
@@ -74,7 +74,7 @@ class Frame:
 
 @dataclass(frozen=True)
 class PlainFrame(Frame):
-    """A frame without a scene, as a checkpoint tells of it."""
+    """A frame without a scene, for pictures whose scene is not open, as when a checkpoint is read."""
 
     size: tuple[int, int]
     border: int
@@ -84,5 +84,5 @@ class PlainFrame(Frame):
 
 
 def colours(image: NDArray) -> Any:
-    """Return the colours of an image (H, W, 3), pixel after pixel, as mi.Color3f."""
+    """Return the colours of an image (H, W, 3) as mi.Color3f, row by row."""
     return mi.Color3f(*(upload(mi.Float, channel) for channel in image.reshape(-1, 3).T))

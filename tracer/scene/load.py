@@ -1,4 +1,4 @@
-"""Where a scene comes from: a file, a dictionary or a loaded scene, opened as Mitsuba opens it."""
+"""Load a scene from a file, a dictionary or an object, as Mitsuba does."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from tracer.scene.mesh_defects import meshes_explained
 from tracer.scene.validate import require_faces, require_sources
 
 LOAD_ERRORS = (RuntimeError, ValueError, TypeError, MemoryError)
-"""What Mitsuba raises for a scene it cannot load."""
+"""Types of the errors that Mitsuba raises for a scene that it cannot load."""
 
 
 @dataclass(frozen=True)
 class Parsed:
-    """A scene that is read, and not yet made into objects."""
+    """A scene that has been read, and of which no objects have been made yet."""
 
     config: Any
     """``mi.parser.ParserConfig``."""
@@ -38,7 +38,7 @@ class Parsed:
 
     @property
     def own_folders(self) -> list[Path]:
-        """The folders of this scene alone: those that it names with ``<path>``, and the one that it is in."""
+        """The folders of this scene alone: those that it names with ``<path>``, and the folder that it is in."""
         return self.folders[: len(self.folders) - len(list(mi.file_resolver()))]
 
     def find(self, name: str) -> Path | None:
@@ -47,7 +47,7 @@ class Parsed:
 
 
 def is_file(path: Path) -> bool:
-    """Return whether there is a file of that name; text that cannot be a name, as it is too long, is none."""
+    """Return whether there is a file of that name; False for text that cannot be a name, as it is too long."""
     try:
         return path.is_file()
     except (OSError, ValueError):
@@ -55,7 +55,7 @@ def is_file(path: Path) -> bool:
 
 
 def describe(source: Any) -> str:
-    """Return how a message names a source."""
+    """Return how a message names the source of a scene: by its path in quotes, or as "the scene"."""
     return f"'{source}'" if isinstance(source, str | Path) else "the scene"
 
 
@@ -69,10 +69,10 @@ def require_scene(source: Any, loaded: Any) -> Any:
 def load(source: Any, sampler: str | None = None, define: dict[str, str] | None = None) -> Any:
     """Return the ``mi.Scene`` of a path or dictionary; an object is passed through. Raises SceneError.
 
-    Meshes of one material are not merged, as ``mi.load_file`` does by default, so that shapes can be told apart. It is
-    as fast, but where faces of two meshes lie in one plane the picture may be another one.
-    ``sampler`` names a plugin to take the place of every sampler of the scene, with its sample count. ``define``:
-    values of the $parameters of a file.
+    Meshes of one material are not merged, unlike by default in ``mi.load_file``, so that shapes can be told apart. This
+    renders as fast, but the picture may differ where faces of two meshes lie in one plane. ``sampler`` names a plugin
+    that takes the place of every sampler of the scene and keeps its sample count. ``define``: values of the
+    $parameters of a file.
     """
     if not isinstance(source, str | Path | dict):
         if not hasattr(source, "class_name"):
@@ -100,9 +100,9 @@ def load(source: Any, sampler: str | None = None, define: dict[str, str] | None 
 
 
 def require_samplers(source: Any, state: Any, scene: Any) -> None:
-    """Raise SceneError if a sensor of ``scene`` has no sampler of its own, in whose place another could be put."""
-    samplers = sum(node.type == mi.ObjectType.Sampler for node in state.nodes)
-    if scene.class_name() == "Scene" and samplers < len(scene.sensors()):
+    """Raise SceneError if a sensor of ``scene`` has no sampler in its source that another could replace."""
+    sampler_count = sum(node.type == mi.ObjectType.Sampler for node in state.nodes)
+    if scene.class_name() == "Scene" and sampler_count < len(scene.sensors()):
         raise SceneError(
             f"{describe(source)} has a sensor without a sampler, so samplers cannot be compared on it; "
             'add one inside of the sensor, for example <sampler type="independent"/>.'
@@ -111,13 +111,16 @@ def require_samplers(source: Any, state: Any, scene: Any) -> None:
 
 @contextmanager
 def looking_in(resolver: Any) -> Iterator[None]:
-    """Let Mitsuba look for files in the folders of a resolver, which a scene may add to, and then as before."""
-    before = mi.file_resolver()
+    """Let Mitsuba look for files in the folders of ``resolver`` within the block, in its former folders after it.
+
+    A scene may add folders to the resolver while it is read.
+    """
+    previous = mi.file_resolver()
     mi.set_file_resolver(resolver)
     try:
         yield
     finally:
-        mi.set_file_resolver(before)
+        mi.set_file_resolver(previous)
 
 
 def parse(source: str | Path | dict[str, Any], define: dict[str, str] | None = None) -> Parsed:
@@ -137,7 +140,7 @@ def parse(source: str | Path | dict[str, Any], define: dict[str, str] | None = N
             raise SceneError(f"'{path}' is a folder, not a scene file.")
         resolver.prepend(str(path.resolve().parent))
     try:
-        with looking_in(resolver):  # <path> adds to it, and spectra are read now
+        with looking_in(resolver):  # <path> adds folders to it, and files of spectra are read now
             if isinstance(source, dict):
                 state = mi.parser.parse_dict(config, source)
             else:
@@ -148,7 +151,7 @@ def parse(source: str | Path | dict[str, Any], define: dict[str, str] | None = N
 
 
 def properties(source: Any, node: Any) -> list[tuple[str, Any]]:
-    """Return names and values of what the source says of an object. Raises SceneError."""
+    """Return names and values of the properties that ``source`` gives an object. Raises SceneError."""
     try:
         return list(node.props.items())
     except UnicodeDecodeError:

@@ -1,4 +1,4 @@
-"""Turn what Mitsuba says of a scene that does not load into one sentence with the nearest known name."""
+"""Turn Mitsuba's message about a scene that does not load into one sentence, with advice where there is any."""
 
 from __future__ import annotations
 
@@ -11,39 +11,45 @@ from tracer.errors import SceneError
 from tracer.scene.former_names import ELEMENTS, former_parameter, former_plugin, linear_colour
 
 PYTHON_INTEGRATORS = ("direct_projective", "prb", "prb_basic", "prb_projective", "prbvolpath", "volprim_rf_basic")
+"""Mitsuba's integrators that are written in Python: Mitsuba does not list them, and they have no compiled file."""
 PYTHON_SAMPLERS = ("owen_sobol",)
+"""Our samplers that are written in Python, whose kind Mitsuba does not know."""
 KINDS = {"phasefunction": "phase", "reconstructionfilter": "rfilter"}
-"""Of plugins: how Mitsuba's messages, and scenes, call those that ``mi.ObjectType`` calls otherwise."""
+"""Kinds of plugins whose name in ``mi.ObjectType`` (the key) differs from that in messages and scenes (the value)."""
 
 
-def load_error(what: str, error: Exception, kind: str | None = None) -> SceneError:
-    """Return a SceneError whose message is one line: what failed, where, and what is known to be meant or to do.
+def load_error(subject: str, error: Exception, kind: str | None = None) -> SceneError:
+    """Return a SceneError whose message is one line: what failed, where, and, where it is known, what to do.
 
-    ``kind``: of the plugin that was asked for, as "integrator", where the message does not say.
+    ``subject``: how the message names what does not load; ``kind``: kind of the plugin that was asked for, such as
+    "integrator", for messages that do not say it.
     """
-    # From a plugin in Python: Mitsuba says where, then comes the stack, then what the plugin has to say.
+    # For an error in a plugin in Python, Mitsuba's message is the place, then the stack, then the plugin's own message.
     where, _, stack = str(error).partition("Traceback (most recent call last)")
-    said = [line for line in stack.splitlines() if line.strip(" ^~")][-1:]
-    lines = [line.strip() for line in (*where.splitlines(), *said) if line.strip()]
+    plugin_message = [line for line in stack.splitlines() if line.strip(" ^~")][-1:]
+    lines = [line.strip() for line in (*where.splitlines(), *plugin_message) if line.strip()]
     lines = [re.sub(r"^[\w.]*Error: ", "", line) for line in lines]
     message = re.sub(r"\[\w+\.(?:cpp|h|py):\d+\]\s*", "", " ".join(lines)).strip().rstrip(".!")
-    return SceneError(" ".join([f"{what} does not load: {message}.", *advice(message, kind)]))
+    return SceneError(" ".join([f"{subject} does not load: {message}.", *advice(message, kind)]))
 
 
-def render_error(what: str, error: Exception) -> SceneError | None:
-    """Return a SceneError for what Mitsuba or Dr.Jit says of a scene that loads but cannot be rendered, else None."""
+def render_error(subject: str, error: Exception) -> SceneError | None:
+    """Return a SceneError for an error of Mitsuba or Dr.Jit while it renders a scene; None for other errors."""
     cause = error.__cause__
     if cause is not None and raised_in_mitsuba(cause):  # an integrator in Python that not every variant can run
-        said = f"its integrator fails under the active variant with {type(cause).__name__}: {cause}"
+        reason = f"its integrator fails under the active variant with {type(cause).__name__}: {cause}"
         return SceneError(
-            f"{what} cannot be rendered: {' '.join(said.split()).rstrip('.!')}; choose another of either."
+            f"{subject} cannot be rendered: {' '.join(reason.split()).rstrip('.!')}; "
+            "choose another integrator or another variant."
         )
-    ours = re.match(r"\[[A-Za-z]\w*(?:\.\w+:\d+)?\] |jit_\w+\(\): |drjit\.", str(error)) is None
-    return None if ours else SceneError(f"{what} cannot be rendered: {' '.join(str(error).split()).rstrip('.!')}.")
+    is_ours = re.match(r"\[[A-Za-z]\w*(?:\.\w+:\d+)?\] |jit_\w+\(\): |drjit\.", str(error)) is None
+    return (
+        None if is_ours else SceneError(f"{subject} cannot be rendered: {' '.join(str(error).split()).rstrip('.!')}.")
+    )
 
 
 def raised_in_mitsuba(error: BaseException) -> bool:
-    """Return whether an exception comes from Mitsuba's own Python."""
+    """Return whether an exception was raised in Mitsuba's own Python files."""
     frame = error.__traceback__
     while frame is not None and frame.tb_next is not None:
         frame = frame.tb_next
@@ -51,12 +57,17 @@ def raised_in_mitsuba(error: BaseException) -> bool:
 
 
 def advice(message: str, kind: str | None = None) -> list[str]:
-    """Return sentences that say what is meant, or to do, about what Mitsuba says it does not know."""
+    """Return sentences that say what is likely meant, or what to do, about a name that Mitsuba does not know.
+
+    ``message``: Mitsuba's, in one line; ``kind``: as for ``load_error``. The list is empty if nothing is known.
+    """
     if element := re.search(r"unsupported XML element: <(\w+)>", message):
-        instead = ELEMENTS.get(element[1])
-        return [f"<{element[1]}> is of earlier versions of Mitsuba; {instead}."] if instead else []
-    if (colour := re.search(r'could not parse RGB value "([^"]+)"', message)) and (linear := linear_colour(colour[1])):
-        return [f'A colour is three numbers, linear in light; {colour[1]} of a screen is "{linear}".']
+        replacement = ELEMENTS.get(element[1])
+        return [f"<{element[1]}> is of earlier versions of Mitsuba; {replacement}."] if replacement else []
+    if (colour := re.search(r'could not parse RGB value "([^"]+)"', message)) and (
+        linear_numbers := linear_colour(colour[1])
+    ):
+        return [f'A colour is three numbers, linear in light; {colour[1]} of a screen is "{linear_numbers}".']
     if unused := re.search(r'unreferenced propert\w+ in (\w+) plugin of type "([^"]+)":(.*)', message):
         names = re.findall(r'- *\w+ "([^"]+)"', unused[3])
         return list(dict.fromkeys(filter(None, (about_parameter(unused[1], unused[2], name) for name in names))))
@@ -68,25 +79,25 @@ def advice(message: str, kind: str | None = None) -> list[str]:
 
 def about_parameter(kind: str, plugin: str, name: str) -> str | None:
     """Return a sentence about a parameter that a plugin does not know, or None."""
-    if instead := former_parameter(kind, name):
-        return f"'{name}' is of earlier versions of Mitsuba; {instead}."
+    if replacement := former_parameter(kind, name):
+        return f"'{name}' is of earlier versions of Mitsuba; {replacement}."
     hint = nearest(name, parameter_names(plugin))
     return f"Did you mean '{hint}'?" if hint else None
 
 
 def about_plugin(kind: str | None, name: str, message: str) -> list[str]:
-    """Return a sentence about a plugin that is missing or does not load, of a kind if that is known, or none."""
-    known = plugin_names()
-    missing = f'Plugin "{name}" not found' in message
-    if (missing or kind is not None) and (instead := former_plugin(kind, name)):
-        return [f"'{name}' is no {kind + ' ' if kind else ''}plugin of Mitsuba 3; {instead}."]
-    if not missing:
-        other = kind is not None and known.get(name, kind) != kind and "Type mismatch" not in message
-        return [f"'{name}' is a plugin of kind {known[name]}, not {kind}."] if other else []
-    hint = nearest(name, [plugin for plugin, its in known.items() if kind in (None, its)])
+    """Return at most one sentence about a plugin that is missing or does not load; ``kind``: None if not known."""
+    kinds = plugin_names()
+    is_missing = f'Plugin "{name}" not found' in message
+    if (is_missing or kind is not None) and (replacement := former_plugin(kind, name)):
+        return [f"'{name}' is no {kind + ' ' if kind else ''}plugin of Mitsuba 3; {replacement}."]
+    if not is_missing:
+        is_of_another_kind = kind is not None and kinds.get(name, kind) != kind and "Type mismatch" not in message
+        return [f"'{name}' is a plugin of kind {kinds[name]}, not {kind}."] if is_of_another_kind else []
+    hint = nearest(name, [plugin for plugin, plugin_kind in kinds.items() if kind in (None, plugin_kind)])
     if hint is None:
         return []
-    return [f"Did you mean '{hint}'?" if kind else f"Did you mean the {known[hint]} '{hint}'?"]
+    return [f"Did you mean '{hint}'?" if kind else f"Did you mean the {kinds[hint]} '{hint}'?"]
 
 
 def plugin_folder() -> Path:
@@ -97,9 +108,9 @@ def plugin_folder() -> Path:
 
 
 def plugin_names() -> dict[str, str]:
-    """Return the names of Mitsuba's plugins and of ours, each with its kind."""
-    own = getattr(sys.modules.get("tracer.plugins"), "PLUGINS", ())
-    names = {path.stem for path in plugin_folder().iterdir()} | {*own, *PYTHON_INTEGRATORS}
+    """Return the kinds of Mitsuba's plugins and of ours, by name of the plugin."""
+    our_plugins = getattr(sys.modules.get("tracer.plugins"), "PLUGINS", ())
+    names = {path.stem for path in plugin_folder().iterdir()} | {*our_plugins, *PYTHON_INTEGRATORS}
     return {name: kind_of(name) for name in sorted(names)}
 
 
@@ -110,14 +121,14 @@ def kind_of(plugin: str) -> str:
     if plugin in PYTHON_SAMPLERS:
         return "sampler"
     kind = mi.PluginManager.instance().plugin_type(plugin)
-    # Mitsuba does not know what plugins in Python are; the others are integrators.
+    # Mitsuba does not know the kind of plugins in Python; those that are no samplers are integrators.
     return "integrator" if kind == mi.ObjectType.Unknown else KINDS.get(kind.name.lower(), kind.name.lower())
 
 
 def parameter_names(plugin: str) -> list[str]:
-    """Return the words of a compiled plugin that may be parameter names: Mitsuba publishes no list of them.
+    """Return the words in the file of a compiled plugin that may be names of its parameters.
 
-    Names are constants of the program, or fields of what the plugin prints of itself.
+    Mitsuba publishes no list of them. They are constants of the program, or fields of what the plugin prints of itself.
     """
     names: set[str] = set()
     for path in plugin_folder().glob(f"{plugin}.*"):

@@ -1,6 +1,7 @@
-"""What is wrong with a mesh file that Mitsuba does not load: it names bytes and registers instead.
+"""Find out what is wrong with a mesh file that Mitsuba does not load.
 
-A file is looked at only after Mitsuba has refused it, and only as far as its first defect.
+Mitsuba's own messages name bytes and registers instead. A file is examined only after Mitsuba has refused it, and only
+up to its first defect.
 """
 
 from __future__ import annotations
@@ -16,29 +17,30 @@ from tracer.scene.ply_defects import ANEW, ply_defect
 
 
 @contextmanager
-def meshes_explained(what: str, state: Any) -> Iterator[None]:
-    """Raise SceneError that says what is wrong with a mesh file, where Mitsuba raises an error over a shape.
+def meshes_explained(subject: str, state: Any) -> Iterator[None]:
+    """Turn an error that Mitsuba raises over a shape into a SceneError that says what is wrong with its mesh file.
 
-    ``state``: of Mitsuba's parser. Files are found by Mitsuba's file resolver, as it is when the error comes.
+    ``subject``: how the message names the scene. ``state``: that of Mitsuba's parser. Files are found by the file
+    resolver that Mitsuba has when the error is raised. The error stays as it is if no defect is found.
     """
     import mitsuba as mi
 
     try:
         yield
     except RuntimeError as error:
-        refused = re.search(r'(?:shape|unknown) plugin of type "(\w+)"', str(error))
-        plugin = refused[1] if refused else ""
+        match = re.search(r'(?:shape|unknown) plugin of type "(\w+)"', str(error))
+        plugin = match[1] if match else ""
         nodes = [node for node in state.nodes if node.props.plugin_name() == plugin] if plugin in DEFECTS else []
         for name in [node.props["filename"] for node in nodes if isinstance(node.props.get("filename"), str)]:
             if defect := mesh_defect(Path(str(mi.file_resolver().resolve(name))), plugin):
-                raise SceneError(f"{what} does not load: '{name}' {defect}.") from None
+                raise SceneError(f"{subject} does not load: '{name}' {defect}.") from None
         raise
 
 
 def mesh_defect(path: Path, plugin: str) -> str | None:
-    """Return what is wrong with a mesh file and what to do, as a predicate; None if nothing is found.
+    """Return what is wrong with a mesh file and what to do, as the predicate of a sentence; None if nothing is found.
 
-    ``plugin``: that of Mitsuba that is to read it.
+    ``plugin``: name of the Mitsuba plugin that is to read the file.
     """
     if plugin not in DEFECTS or not path.is_file():
         return None
@@ -49,7 +51,7 @@ def mesh_defect(path: Path, plugin: str) -> str | None:
 
 
 def obj_defect(data: bytes) -> str | None:
-    """Return what is wrong with the content of an OBJ file."""
+    """Return what is wrong with the content of an OBJ file, as ``mesh_defect`` does."""
     if data.startswith(b"ply"):
         return "is a PLY file; name the plugin 'ply' instead of 'obj'"
     faces = [line.split() for line in re.findall(rb"^[ \t]*f[ \t]+(.*)$", data, re.MULTILINE)]
@@ -57,11 +59,13 @@ def obj_defect(data: bytes) -> str | None:
         return f"has faces that go on in the next line, which Mitsuba does not read; {ANEW}"
     if not any(len(words) > 2 for words in faces):
         return f"has no face of three corners or more, only points or lines; {ANEW} as a surface"
-    available = [len(re.findall(rb"^[ \t]*" + kind + rb"[ \t]", data, re.MULTILINE)) for kind in (b"v", b"vt", b"vn")]
+    counts = [
+        len(re.findall(rb"^[ \t]*" + element + rb"[ \t]", data, re.MULTILINE)) for element in (b"v", b"vt", b"vn")
+    ]
     for words in faces:
         for word in words:
-            for index, count, kind in zip(
-                word.split(b"/"), available, ("vertex", "texture place", "normal"), strict=False
+            for index, count, element in zip(
+                word.split(b"/"), counts, ("vertex", "texture place", "normal"), strict=False
             ):
                 if re.fullmatch(rb"-\d+", index):
                     return (
@@ -69,9 +73,9 @@ def obj_defect(data: bytes) -> str | None:
                         "Mitsuba does not read; export it with indices from 1 on, or as PLY"
                     )
                 if index.isdigit() and not 1 <= int(index) <= count:
-                    return f"has a face with {kind} {int(index)}, and {count} of them, counted from 1; {ANEW}"
+                    return f"has a face with {element} {int(index)}, and {count} of them, counted from 1; {ANEW}"
     return None
 
 
 DEFECTS: dict[str, Callable[[bytes], str | None]] = {"ply": ply_defect, "obj": obj_defect}
-"""What finds the defect, by plugin of Mitsuba."""
+"""Function that finds the defect of a file's content, by the Mitsuba plugin that reads such files."""

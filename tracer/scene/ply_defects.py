@@ -1,4 +1,4 @@
-"""What is wrong with a PLY file that Mitsuba does not load."""
+"""Find out what is wrong with a PLY file that Mitsuba does not load."""
 
 from __future__ import annotations
 
@@ -18,34 +18,38 @@ SCALARS = {
     **dict.fromkeys(("float", "float32"), "f"),
     **dict.fromkeys(("double", "float64"), "d"),
 }
-"""Format of ``struct`` by type of a PLY property."""
+"""Format of the module ``struct``, by type of a PLY property."""
 CORNERS = ("vertex_indices", "vertex_index")
+"""Names that the list of a face's corners may have."""
 ANEW = "export it anew"
+"""What to do about most defects, as the end of a message."""
 
 
 @dataclass(frozen=True)
 class Element:
-    """A kind of thing in a PLY file."""
+    """A kind of entry in a PLY file, such as "vertex" or "face", as the header describes it."""
 
     name: str
+    """Name that the header gives it."""
     count: int
+    """Number of entries of this kind."""
     properties: list[list[str]]
-    """Words of each: type and name, or "list", type of the count, type of the entries, and name."""
+    """Words of the header for each property: type and name; or "list", types of length and entries, and name."""
 
     @property
     def scalars(self) -> str | None:
-        """Format of one for ``struct``, None if it has lists."""
+        """Format of one entry for ``struct``; None if it has lists."""
         kinds = [SCALARS.get(words[0]) for words in self.properties]
         return None if None in kinds else "".join(kind for kind in kinds if kind)
 
     @property
     def names(self) -> list[str]:
-        """Names of the properties."""
+        """Names of the element's properties."""
         return [words[-1] for words in self.properties]
 
 
 def ply_defect(data: bytes) -> str | None:
-    """Return what is wrong with the content of a PLY file."""
+    """Return what is wrong with the content of a PLY file and what to do, as a predicate; None if nothing is found."""
     if not data.startswith(b"ply"):
         return "is no PLY file; name the plugin of its format"
     head, end, body = re.sub(rb"\r\n?", b"\n", data[: data.find(b"end_header") + 12]).partition(b"end_header\n")
@@ -57,9 +61,11 @@ def ply_defect(data: bytes) -> str | None:
         return None
     body = data[data.find(b"end_header") :].split(b"\n", 1)[1]
     counts = {element.name: element.count for element in elements}
-    lacking = [axis for element in elements if element.name == "vertex" for axis in "xyz" if axis not in element.names]
-    if lacking:
-        return f"has vertices without {' and '.join(lacking)}; {ANEW}"
+    missing_axes = [
+        axis for element in elements if element.name == "vertex" for axis in "xyz" if axis not in element.names
+    ]
+    if missing_axes:
+        return f"has vertices without {' and '.join(missing_axes)}; {ANEW}"
     if "tristrips" in counts and not counts.get("face"):
         return "has strips of triangles, which Mitsuba does not read; export it as single triangles"
     if not counts.get("face"):
@@ -86,7 +92,7 @@ def ply_defect(data: bytes) -> str | None:
 
 
 def ply_header(text: str) -> tuple[str | None, list[Element]]:
-    """Return the byte order of ``struct``, None for text, and what a PLY file has. Raises ValueError or IndexError."""
+    """Return the byte order for ``struct`` (None for text) and the elements. Raises ValueError or IndexError."""
     order: str | None = None
     elements: list[Element] = []
     for line in text.split("\n"):
@@ -101,39 +107,42 @@ def ply_header(text: str) -> tuple[str | None, list[Element]]:
 
 
 Take = Callable[[str, int], Any]
-"""Take as many times a format of ``struct`` off a file, and return the last number, in text as it is written."""
+"""Function of a ``struct`` format and a number of times: reads that much of a file, and returns the last number that it
+read, from a file in text as it is written."""
 
 
 def tokens(body: bytes) -> Take:
-    """Return how to read a PLY file in text."""
+    """Return the function that reads the body of a PLY file in text, from the first word on."""
     words, place = body.split(), 0
 
-    def take(form: str, times: int) -> bytes:
+    def take(formats: str, times: int) -> bytes:
         nonlocal place
-        place += len(form) * times
+        place += len(formats) * times
         return words[place - 1]
 
     return take
 
 
 def binary(body: bytes, order: str) -> Take:
-    """Return how to read a PLY file in binary."""
+    """Return the function that reads the body of a binary PLY file, from the first byte on; ``order``: byte order."""
     place = 0
 
-    def take(form: str, times: int) -> float:
+    def take(formats: str, times: int) -> float:
         nonlocal place
-        place += struct.calcsize(order + form) * times
+        place += struct.calcsize(order + formats) * times
         if place > len(body):
             raise IndexError
         return (
-            struct.unpack_from(order + form[-1:], body, place - struct.calcsize(order + form[-1:]))[0] if times else 0
+            struct.unpack_from(order + formats[-1:], body, place - struct.calcsize(order + formats[-1:]))[0]
+            if times
+            else 0
         )
 
     return take
 
 
 def corner_counts(elements: list[Element], take: Take) -> Iterator[int]:
-    """Yield how many corners each face of a PLY file has. Raises IndexError where the file ends before."""
+    """Yield how many corners each face of a PLY file has. Raises IndexError where the file ends too early."""
     for element in elements:
         if element.scalars is not None:
             take(element.scalars, element.count)

@@ -1,8 +1,8 @@
-"""What a person calls the shapes of a scene: by the id in the scene file, by the name in ``mi.traverse``, by number.
+"""Names of the shapes of a scene for a person: the id in the scene file, the name in ``mi.traverse``, or a number.
 
-Numbers count from 1 in the order of ``scene.shapes()``, as in the layer ``shape.Y``. What is within a group has the
-name of the group before its own, as in "tree.leaf"; the name of the group itself is all that is in it, and every
-instance of it is a shape of its own.
+Numbers count from 1 in the order of ``scene.shapes()``, as in the layer ``shape.Y``. A shape within a group has the
+group's name before its own, as in "tree.leaf". The name of the group stands for all shapes in it, and every instance of
+the group is a shape of its own.
 """
 
 from __future__ import annotations
@@ -16,40 +16,41 @@ from tracer.core.suggest import did_you_mean
 from tracer.errors import SettingsError
 
 MOST_LISTED = 24
-"""Names in a message."""
+"""Most shapes whose names a message lists."""
 MERGED = "Mesh"
-"""What Mitsuba makes of several meshes of one material."""
+"""Class of the shape that Mitsuba makes when it merges several meshes of one material."""
 HOW_TO_TELL_APART = " Meshes that Mitsuba has merged keep their names in a scene loaded with optimize=False."
+"""Sentence at the end of a message about a scene with merged meshes."""
 
 
 @dataclass(frozen=True)
 class Named:
-    """One shape, or a group of them, and what it is called."""
+    """A shape, or a group of shapes, with its names."""
 
     shapes: tuple[Any, ...]
-    """What rays hit of it."""
+    """The shapes that rays can hit: the shape itself, or those in the group."""
     names: frozenset[str]
-    """Its id, and what ``mi.traverse`` calls it."""
+    """Its id, and its name in ``mi.traverse``."""
     number: int | None
-    """None within a group."""
+    """Number of the shape, from 1; None for a group and for a shape within a group."""
     label: str
-    """How a message names it: by id, else by number with where it is."""
+    """How a message names it: by id, or else by number and place."""
 
 
 def named_shapes(scene: Any) -> list[Named]:
-    """Return all shapes of a scene, and its groups with what is in them."""
+    """Return all shapes of a scene with their names, and its groups with the shapes in them."""
     paths = shape_paths(scene)
-    on_top = list(scene.shapes())
-    named = [on_top_level(shape, number, paths.get(shape, "")) for number, shape in enumerate(on_top, 1)]
+    top_level = list(scene.shapes())
+    named = [on_top_level(shape, number, paths.get(shape, "")) for number, shape in enumerate(top_level, 1)]
     for shape, path in paths.items():
-        if shape not in on_top:
-            members = tuple(member for member, other in paths.items() if other.startswith(f"{path}."))
+        if shape not in top_level:
+            members = tuple(member for member, member_path in paths.items() if member_path.startswith(f"{path}."))
             named.append(Named(members or (shape,), frozenset({path, shape.id()} - {""}), None, path))
     return named
 
 
 def shape_paths(scene: Any) -> dict[Any, str]:
-    """Return the name of every shape, as ``mi.traverse`` has it: those of a group after the group's and a dot."""
+    """Return the name of every shape in ``mi.traverse``; within a group, after the group's name and a dot."""
     paths: dict[Any, str] = {}
 
     class Walk(mi.TraversalCallback):  # Mitsuba has the class only when a variant is set
@@ -67,32 +68,32 @@ def shape_paths(scene: Any) -> dict[Any, str]:
 
 
 def on_top_level(shape: Any, number: int, path: str) -> Named:
-    """Return a shape that is in no group."""
+    """Return a shape that is in no group, with its names; ``path``: its name in ``mi.traverse``, "" if it has none."""
     centre = ", ".join(f"{coordinate:.3g}" for coordinate in shape.bbox().center())
     label = shape.id() or f"{number} ({shape.class_name()} around {centre})"
     return Named((shape,), frozenset({shape.id(), path} - {""}), number, label)
 
 
-def find_shapes(scene: Any, wanted: list[str]) -> dict[str, list[Any]]:
-    """Return the shapes that have each of the names ``wanted``; ids go before numbers. Raises SettingsError."""
+def find_shapes(scene: Any, names: list[str]) -> dict[str, list[Any]]:
+    """Return the shapes that each of ``names`` stands for; ids take precedence over numbers. Raises SettingsError."""
     named = named_shapes(scene)
-    found = {
+    matches = {
         name: [entry for entry in named if name in entry.names]
         or [entry for entry in named if name == str(entry.number)]
-        for name in wanted
+        for name in names
     }
-    unknown = next((name for name, entries in found.items() if not entries), None)
+    unknown = next((name for name, entries in matches.items() if not entries), None)
     if unknown is not None:
         raise SettingsError(f"shape_weights: the scene has no shape '{unknown}'{what_there_is(unknown, named)}")
-    return {name: [shape for entry in entries for shape in entry.shapes] for name, entries in found.items()}
+    return {name: [shape for entry in entries for shape in entry.shapes] for name, entries in matches.items()}
 
 
 def what_there_is(name: str, named: list[Named]) -> str:
-    """Return the end of a message: the name that is nearest, else all that there are."""
-    if hint := did_you_mean(name, [other for entry in named for other in entry.names], otherwise=""):
+    """Return the end of a message about an unknown name: the nearest name, or else all that there are."""
+    if hint := did_you_mean(name, [known_name for entry in named for known_name in entry.names], otherwise=""):
         return hint
     if not named:
         return ", nor any other."
     more = f" and {len(named) - MOST_LISTED} more" if len(named) > MOST_LISTED else ""
-    merged = any(shape.class_name() == MERGED and not shape.id() for entry in named for shape in entry.shapes)
-    return f"; it has {'; '.join(entry.label for entry in named[:MOST_LISTED])}{more}.{HOW_TO_TELL_APART * merged}"
+    has_merged = any(shape.class_name() == MERGED and not shape.id() for entry in named for shape in entry.shapes)
+    return f"; it has {'; '.join(entry.label for entry in named[:MOST_LISTED])}{more}.{HOW_TO_TELL_APART * has_merged}"

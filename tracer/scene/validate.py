@@ -1,4 +1,4 @@
-"""Check what Mitsuba does not check of a scene, and would read memory that is not its own for."""
+"""Check what Mitsuba does not check of a scene, although it would crash or read memory that is not its own."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ import numpy as np
 from tracer.errors import SceneError
 
 
-def require_sources(what: str, state: Any) -> None:
-    """Raise SceneError for a bitmap, not yet made into an object, that does not say which. Mitsuba crashes over it."""
+def require_sources(subject: str, state: Any) -> None:
+    """Raise SceneError for a bitmap of a parsed scene that names no picture: Mitsuba crashes over it."""
     for node in state.nodes:
         if node.props.plugin_name() == "bitmap" and not any(
             name in node.props for name in ("filename", "bitmap", "data")
         ):
-            raise SceneError(f"{what} has a 'bitmap' without a picture; give it a filename.")
+            raise SceneError(f"{subject} has a 'bitmap' without a picture; give it a filename.")
 
 
-def require_faces(what: str, scene: Any) -> None:
-    """Raise SceneError for a mesh with faces between vertices that it does not have."""
+def require_faces(subject: str, scene: Any) -> None:
+    """Raise SceneError for a mesh whose faces use vertices that it does not have."""
     if scene.class_name() != "Scene":
         return
     for shape in scene.shapes():
@@ -28,6 +28,6 @@ def require_faces(what: str, scene: Any) -> None:
         last = int(np.max(shape.faces_buffer().numpy()))
         if last >= shape.vertex_count():
             raise SceneError(
-                f"{what} has a mesh '{shape.id()}' with faces that use vertex {last}, counted from 0, "
+                f"{subject} has a mesh '{shape.id()}' with faces that use vertex {last}, counted from 0, "
                 f"and only {shape.vertex_count()} vertices; export it anew."
             )

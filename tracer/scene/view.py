@@ -1,4 +1,4 @@
-"""Open a scene and find what a render needs of it: sensor, film, filter, integrator, channels."""
+"""Open a scene with all that a render needs of it: sensor, film, filter, integrator, channels."""
 
 from __future__ import annotations
 
@@ -25,12 +25,13 @@ from tracer.scene.preparation import prepare_scene
 Crop = tuple[int, int, int, int] | None
 """x, y, width and height in pixels of a part of the film."""
 Size = int | tuple[int, int] | None
-"""Width (the height follows the film's aspect), or (width, height), or None for the film's own."""
+"""Width in pixels (the height follows the film's aspect), or (width, height), or None for the film's own size."""
 ABORTING = {"StokesIntegrator": "stokes"}
-"""Integrators whose ``sample``, called from Python, ends the process: class and name. Of all that Mitsuba 3.9 has, and
-combinations of them, tried in every variant, these alone do."""
+"""Plugin names of the integrators whose ``sample``, called from Python, ends the process, by class. All integrators of
+Mitsuba 3.9 and combinations of them were tried in every variant; only these do."""
 MOST_SIDE, MOST_PIXELS = 2**20, 2**28
-"""Of a film, and of what is rendered of it at once: beyond, float32 and 32-bit indices do not reach."""
+"""Largest side of a film, and most pixels that are rendered at once: float32 coordinates and 32-bit indices reach no
+further."""
 
 
 @dataclass(frozen=True)
@@ -38,10 +39,13 @@ class View(Frame):
     """A scene seen by one sensor through one integrator."""
 
     scene: Any
+    """The ``mi.Scene``."""
     sensor: Any
+    """The ``mi.Sensor`` through which it is seen."""
     integrator: Any
+    """The ``mi.SamplingIntegrator`` from which samples are drawn."""
     settings: dict[str, Any]
-    """Settings that the scene itself asks for: those of its integrator, where that is ``adaptive``."""
+    """Settings that the scene itself asks for: the parameters of its integrator, if that is ``adaptive``."""
 
     @cached_property
     def film(self) -> Any:
@@ -56,7 +60,7 @@ class View(Frame):
 
     @cached_property
     def border(self) -> int:  # type: ignore[override]
-        """Pixels sampled outside each side of the image, because the film asks for ``sample_border``."""
+        """Pixels that are sampled outside each side of the image if the film asks for ``sample_border``, else 0."""
         return int(self.film.rfilter().border_size()) if self.film.sample_border() else 0
 
     @cached_property
@@ -86,7 +90,7 @@ class View(Frame):
 
     @cached_property
     def reach(self) -> int:  # type: ignore[override]
-        """How many pixels away a sample still counts through the reconstruction filter; 0 for a box filter."""
+        """Distance in pixels over which a sample counts through the reconstruction filter; 0 for a box filter."""
         rfilter = self.film.rfilter()
         return 0 if rfilter.is_box_filter() else ceil(rfilter.radius() - 0.5)
 
@@ -97,18 +101,21 @@ class View(Frame):
         return int(x), int(y), int(width), int(height)
 
     def fill_film(self, image: Any) -> None:
-        """Leave ``image`` (H, W, C) in the film, where ``film.develop()`` and ``film.write()`` look for it."""
+        """Put ``image`` (H, W, C) into the film, for ``film.develop()`` and ``film.write()``."""
         names = list(self.integrator.aov_names())
         self.film.prepare(names)
         colour = self.rgb(image)
-        after = image[..., self.colour_channels :]
-        alpha, aovs = after[..., : after.shape[-1] - len(names)], after[..., after.shape[-1] - len(names) :]
+        rest = image[..., self.colour_channels :]
+        alpha, aovs = rest[..., : rest.shape[-1] - len(names)], rest[..., rest.shape[-1] - len(names) :]
         parts = [colour, alpha, np.ones_like(image[..., :1]), aovs]
         tensor = upload_tensor(np.concatenate(parts, axis=-1))
         self.film.put_block(mi.ImageBlock(tensor, mi.ScalarPoint2i(self.film.crop_offset())))
 
     def to_channels(self, spectrum: Any, valid: Any, wavelengths: Any) -> list[Any]:
-        """Convert weighted radiance to the film's channels (mi.Float each), without AOVs."""
+        """Return weighted radiance in the film's channels (a list of mi.Float), without AOVs.
+
+        ``valid``: whether the ray hit anything, which makes the alpha; ``wavelengths``: those of the ray.
+        """
         if mi.is_polarized:
             spectrum = mi.unpolarized_spectrum(spectrum)
         if mi.is_spectral:
@@ -137,49 +144,52 @@ def open_scene(
     crop: Crop = None,
     define: dict[str, str] | None = None,
 ) -> Iterator[View]:
-    """Open ``source`` as a View; a variant must be active. A film that is resized gets its own size back at the end.
+    """Open ``source`` as a View; a variant must be active. A resized film gets its own size back when the block ends.
 
     ``source``: path of a Mitsuba XML file, a dictionary, or an ``mi.Scene``. ``integrator``: plugin name, dictionary
-    or ``mi.Integrator`` instead of the scene's; ``sensor``: number or ``mi.Sensor``; ``crop``: the part of the film,
-    once it has its ``size``, that is rendered instead of its own crop window; ``define``: values of the $parameters of
-    a file. Raises SceneError, SettingsError, or BackendError for what was loaded under another variant.
+    or ``mi.Integrator`` that takes the place of the scene's; ``sensor``: number or ``mi.Sensor``; ``crop``: part of the
+    film at its new ``size`` that is rendered instead of its own crop window; ``define``: values of the $parameters of
+    a file. Raises SceneError, SettingsError, or BackendError for an object that was loaded under another variant.
     """
     scene = require_scene(source, require_variant("scene", load(source, define=define)))
-    chosen = pick_sensor(scene, sensor, source)
-    asked = require_variant("integrator", make_integrator(integrator if integrator is not None else scene.integrator()))
-    ours = type(asked).__name__ == "AdaptiveIntegrator"  # by name: the class is another one in every variant
-    nested, settings = (asked.nested, asked.settings) if ours else (asked, {})
-    view = View(scene, chosen, require_nestable(nested), settings)
-    if mi.has_flag(chosen.film().flags(), mi.FilmFlags.Special):
-        raise SceneError(f"Film '{chosen.film().class_name()}' is not supported; use an 'hdrfilm'.")
-    if min(chosen.film().size()) < 1:
+    chosen_sensor = pick_sensor(scene, sensor, source)
+    outer = require_variant("integrator", make_integrator(integrator if integrator is not None else scene.integrator()))
+    is_adaptive = type(outer).__name__ == "AdaptiveIntegrator"  # by name: every variant has a class of its own
+    nested, settings = (outer.nested, outer.settings) if is_adaptive else (outer, {})
+    view = View(scene, chosen_sensor, require_nestable(nested), settings)
+    if mi.has_flag(chosen_sensor.film().flags(), mi.FilmFlags.Special):
+        raise SceneError(f"Film '{chosen_sensor.film().class_name()}' is not supported; use an 'hdrfilm'.")
+    if min(chosen_sensor.film().size()) < 1:
         raise SceneError(f"{describe(source)} has a film without pixels; give it a width and height of at least 1.")
-    original = resize_film(chosen, size, crop)
+    original = resize_film(chosen_sensor, size, crop)
     try:
         require_pixels(view)
         prepare_scene(nested, scene)
         yield view
     except RuntimeError as error:
-        if (said := render_error(describe(source), error)) is None:
+        if (explanation := render_error(describe(source), error)) is None:
             raise
-        raise said from None
+        raise explanation from None
     finally:
-        restore_film(chosen, original)
+        restore_film(chosen_sensor, original)
 
 
-def require_variant(what: str, thing: Any) -> Any:
-    """Return an object of Mitsuba if it is of the active variant, else raise BackendError: variants do not mix."""
-    own = thing.variant_name() if hasattr(thing, "variant_name") else mi.variant()
-    if own != mi.variant():
+def require_variant(name: str, loaded: Any) -> Any:
+    """Return an object of Mitsuba if it is of the active variant, else raise BackendError: variants do not mix.
+
+    ``name``: how the message calls it.
+    """
+    variant = loaded.variant_name() if hasattr(loaded, "variant_name") else mi.variant()
+    if variant != mi.variant():
         raise BackendError(
-            f"The {what} was loaded under the variant '{own}', and '{mi.variant()}' is active: "
-            f"load it again, or call mi.set_variant('{own}') before the render."
+            f"The {name} was loaded under the variant '{variant}', and '{mi.variant()}' is active: "
+            f"load it again, or call mi.set_variant('{variant}') before the render."
         )
-    return thing
+    return loaded
 
 
 def require_pixels(view: View) -> None:
-    """Raise SettingsError for a picture that no memory holds: the film would end the process as it tried."""
+    """Raise SettingsError for a picture of no pixels or of more than MOST_PIXELS: its film would end the process."""
     height, width = view.size
     if not 0 < view.pixel_count <= MOST_PIXELS:
         raise SettingsError(
@@ -204,17 +214,17 @@ def pick_sensor(scene: Any, sensor: Any, source: Any) -> Any:
     return sensors[number]
 
 
-def make_integrator(wanted: Any) -> Any:
-    """Return an integrator from a plugin name, dictionary or ``mi.Integrator``; a path tracer where there is none."""
-    if wanted is None:
-        wanted = "path"
-    if isinstance(wanted, str):
-        wanted = {"type": wanted}
-    if not isinstance(wanted, dict):
-        return wanted
+def make_integrator(integrator: Any) -> Any:
+    """Return an integrator from a plugin name, dictionary or ``mi.Integrator``; a path tracer for None."""
+    if integrator is None:
+        integrator = "path"
+    if isinstance(integrator, str):
+        integrator = {"type": integrator}
+    if not isinstance(integrator, dict):
+        return integrator
     try:
         with threads.for_files():
-            return mi.load_dict(wanted)
+            return mi.load_dict(integrator)
     except LOAD_ERRORS as error:
         raise load_error("The integrator", error, "integrator") from None
 
@@ -237,19 +247,22 @@ def require_nestable(integrator: Any) -> Any:
 
 
 def resize_film(sensor: Any, size: Size, crop: Crop = None) -> dict[str, Any]:
-    """Give the film another size, its crop window scaled with it, or that window. Returns what was there before."""
+    """Give the film of ``sensor`` another size, and the crop window ``crop``, or its own one scaled to the size.
+
+    Returns the former parameters of the film, for ``restore_film``. Raises SettingsError.
+    """
     if size is None and crop is None:
         return {}
     parameters = mi.traverse(sensor)
     original = {
-        name: [int(x) for x in parameters[name]] for name in ("film.size", "film.crop_size", "film.crop_offset")
+        name: [int(side) for side in parameters[name]] for name in ("film.size", "film.crop_size", "film.crop_offset")
     }
     width, height = new_size(original["film.size"], size)
     if crop is None:
         begins, ends = [], []
-        for new, old, length, offset in zip((width, height), *original.values(), strict=True):
-            begins.append(min(round(offset * new / old), new - 1))
-            ends.append(max(round((offset + length) * new / old), begins[-1] + 1))
+        for new_side, old_side, length, offset in zip((width, height), *original.values(), strict=True):
+            begins.append(min(round(offset * new_side / old_side), new_side - 1))
+            ends.append(max(round((offset + length) * new_side / old_side), begins[-1] + 1))
         lengths = [end - begin for begin, end in zip(begins, ends, strict=True)]
     else:
         part = whole_numbers("crop", crop, 4, "x, y, width and height in pixels")
@@ -263,13 +276,13 @@ def resize_film(sensor: Any, size: Size, crop: Crop = None) -> dict[str, Any]:
     return original
 
 
-def new_size(old: list[int], size: Size) -> tuple[int, int]:
-    """Return (width, height) of a film of ``old`` size that is given ``size``. Raises SettingsError."""
+def new_size(film_size: list[int], size: Size) -> tuple[int, int]:
+    """Return the (width, height) that ``size`` gives a film of (width, height) ``film_size``. Raises SettingsError."""
     if size is None:
-        width, height = old
+        width, height = film_size
     elif np.ndim(size) == 0:
         width = whole_number("size", size)
-        height = max(1, round(old[1] * width / old[0]))
+        height = max(1, round(film_size[1] * width / film_size[0]))
     else:
         width, height = whole_numbers("size", size, 2, "width and height in pixels, or the width alone")
     if not (1 <= width <= MOST_SIDE and 1 <= height <= MOST_SIDE):
@@ -280,7 +293,7 @@ def new_size(old: list[int], size: Size) -> tuple[int, int]:
 
 
 def restore_film(sensor: Any, original: dict[str, Any]) -> None:
-    """Undo ``resize_film``."""
+    """Undo ``resize_film``, which returned ``original``."""
     if original:
         parameters = mi.traverse(sensor)
         for name, value in original.items():
