@@ -2,9 +2,11 @@
 
 The rays of a patch are traced once, and their hits are stored. A round is then B <- E + rho / pi sum w_j B(hit j), for
 all patches at once. The weights w_j of a patch add up to no more than pi, so a round multiplies the change by no more
-than the largest albedo. With guidance, a sixteenth of the rays is spread evenly for a rough solution, as many rays (twice as many in
-small groups) look at it, and the others are sent where it varies. The rays of the rough solution are not used again:
-the error of a lattice falls faster than as one over the root of its rays, so a separate lattice of few rays costs more
+than the largest albedo.
+
+With guidance, a sixteenth of the rays is spread evenly for a rough solution, as many rays (twice as many in small
+groups) look at it, and the others are sent where it varies. The rays of the rough solution are not used again: the
+error of a lattice falls faster than as one over the root of its rays, so a separate lattice of few rays costs more
 accuracy than it adds.
 """
 
