@@ -23,7 +23,7 @@ Integers = NDArray[np.int64]
 MOST_PATCHES = 1 << 24
 """Largest number of patches, counting only fronts."""
 EXTENT = 40
-"""Number of edges of triangles along the scene's largest side, in meshes of round shapes, if no size is given."""
+"""Number of patch edges along the scene's largest side, from which their length follows if no size is given."""
 FLAT = 1e-7
 """Twice the area of a face over the square of its longest edge, up to which single precision finds it flat."""
 SMALLEST = 1e-18
