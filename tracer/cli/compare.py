@@ -12,11 +12,11 @@ import typer
 from tracer.cli import options
 
 REFERENCE_FACTOR = 64
-"""A reference takes at most this many times the samples of the largest budget, unless told."""
+"""Largest number of samples of a reference, as a multiple of the largest budget, unless it is given."""
 
 
 STOCK = ("independent", "multijitter")
-"""Samplers of plain ``mi.render``."""
+"""Samplers with which plain ``mi.render`` is measured."""
 
 
 def compare(
@@ -76,7 +76,7 @@ def compare(
 
 
 def plan_name(scenes: list[Path]) -> str:
-    """Return a name that another set of scenes does not have: a folder holds one study."""
+    """Return a name for the study that is different for every set of scenes, because a folder holds only one study."""
     from tracer.study.plan import scene_name
 
     return re.sub(r"[^\w.+() -]", "_", f"compare {' '.join(scene_name(scene) for scene in scenes)}")
