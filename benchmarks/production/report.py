@@ -1,4 +1,4 @@
-"""All that is claimed of production features, measured and written."""
+"""Measure everything about production features, and write the results."""
 
 from __future__ import annotations
 
@@ -13,8 +13,11 @@ from tracer.progress import StepCallback
 from tracer.study.tables import markdown_table
 
 FIGURE = "noise.png"
+"""File name of the figure."""
 FILES = (harness.PAGE, harness.NUMBERS, FIGURE)
+"""Names of the files that this benchmark writes."""
 TIMED = ("spheres_and_rods", "window_interior")
+"""Scenes with which overheads and limits of time are measured."""
 
 
 def report(folder: Path, progress: StepCallback) -> None:
