@@ -33,7 +33,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-NAMES = [f"albedo.{c}" for c in "RGB"] + [f"normal.{c}" for c in "XYZ"] + ["depth.Z"]
+NAMES = [f"albedo.{channel}" for channel in "RGB"] + [f"normal.{axis}" for axis in "XYZ"] + ["depth.Z"]
 """Names of the AOVs."""
 WAVELENGTHS = np.linspace(400.0, 700.0, 16).reshape(4, 4)
 """Wavelengths in nanometres at which colours are evaluated under spectral variants; a row has as many as Mitsuba takes

@@ -28,7 +28,7 @@ SIZE = (512, 512)
 SPP = 256
 """Mean samples per pixel."""
 WORKERS = 2
-"""Number of workers, and of threads of the one process."""
+"""Number of workers, and of threads of the single process."""
 SEEDS = (0, 1, 2)
 """Seeds of the renders."""
 

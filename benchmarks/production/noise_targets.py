@@ -47,7 +47,7 @@ class Stop:
     stopped_by: str
     predicted: float
     true: float
-    """True error within which as many pixels are as the target asks for."""
+    """True error that the share of pixels of the noise target keeps within."""
     within: float
     """Share of the pixels whose true error is within the target."""
     spp: float

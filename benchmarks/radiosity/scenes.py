@@ -1,4 +1,4 @@
-"""Scenes of the benchmark: complexity should help in some, should not help in others, and misleads in others again."""
+"""Scenes of the benchmark: some in which complexity should help, some in which it should not, some that mislead it."""
 
 from __future__ import annotations
 

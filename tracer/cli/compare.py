@@ -48,7 +48,7 @@ def compare(
     from tracer.study.toml_location import Origin
 
     spps = spp or [64]
-    place = {"sensor": sensor} | ({"integrator": integrator} if integrator else {})
+    scene_settings = {"sensor": sensor} | ({"integrator": integrator} if integrator else {})
     criteria = list(dict.fromkeys(["uniform", *(criterion or ["fused"])]))
     plan = make_plan(
         {
@@ -58,7 +58,7 @@ def compare(
             "seeds": seeds,
             "first_seed": first_seed,
             "reference_spp": max(REFERENCE_FACTOR * max(spps), 16) if reference_spp is None else reference_spp,
-            "scenes": [{"path": str(scene), **place} for scene in scenes],
+            "scenes": [{"path": str(scene), **scene_settings} for scene in scenes],
             "methods": [
                 *({"name": name, "criterion": name, "objective": objective} for name in criteria),
                 *({"name": f"mi.render {name}", "sampler": name, "objective": objective} for name in STOCK),

@@ -173,24 +173,24 @@ def make_job(given: dict[str, Any], configuration: Path | None = None) -> Job:
     Paths in the configuration are relative to its folder. Raises SettingsError with one sentence.
     """
     job_fields = [name for name in Job.model_fields if name != "settings"]
-    known = [*job_fields, *Settings.model_fields]
-    values = {} if configuration is None else read_configuration(configuration, known)
+    option_names = [*job_fields, *Settings.model_fields]
+    values = {} if configuration is None else read_configuration(configuration, option_names)
     values |= {name: value for name, value in given.items() if value is not None}
     settings = {name: value for name, value in values.items() if name in Settings.model_fields}
     try:
         return Job(**{name: values[name] for name in job_fields if name in values}, settings=settings)
     except ValidationError as error:
-        raise SettingsError(in_one_sentence(error, known)) from None
+        raise SettingsError(in_one_sentence(error, option_names)) from None
 
 
 FILES = ("importance", "checkpoint", "live")
 """Options whose values are paths, relative to the folder of the configuration that holds them."""
 
 
-def read_configuration(path: Path, known: list[str]) -> dict[str, Any]:
+def read_configuration(path: Path, option_names: list[str]) -> dict[str, Any]:
     """Return the options in a TOML file by name, with "_" for "-". Raises SettingsError.
 
-    ``known``: names of all options that there are.
+    ``option_names``: names of all options that exist.
     """
     try:
         values = tomllib.loads(path.read_text(encoding="utf-8"))
@@ -200,8 +200,8 @@ def read_configuration(path: Path, known: list[str]) -> dict[str, Any]:
         raise SettingsError(f"'{path}' is no TOML: {error}.") from None
     values = {name.replace("-", "_"): value for name, value in values.items()}
     for name in values:
-        if name not in known or name in ("scene", "output"):
-            raise SettingsError(f"'{path}': there is no option '{name}'{did_you_mean(name, known)}")
+        if name not in option_names or name in ("scene", "output"):
+            raise SettingsError(f"'{path}': there is no option '{name}'{did_you_mean(name, option_names)}")
     return {
         name: str(path.parent / value) if name in FILES and isinstance(value, str) else value
         for name, value in values.items()

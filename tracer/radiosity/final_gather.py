@@ -103,9 +103,10 @@ class FinalGather:
 
 
 def carried(patches: Patches, radiosity: Floats) -> See:
-    """Return how rays see what a gathering ray brings, to make a guide by it.
+    """Return how rays see what gathering rays bring, from which a guide is made.
 
-    This is what patches reflect, and of the light of emitters the share that is not left to places chosen on them.
+    Gathering rays bring the light that patches reflect, and the share of the light of emitters that is not left to
+    places chosen on the emitters.
     """
     scene, reflected = patches.scene, on_device((radiosity - patches.emitted) / np.pi)
 

@@ -188,7 +188,7 @@ def finish(
 
 
 def rounds_left(change: float, ratio: float, residual: float) -> float:
-    """Return the number of rounds until the residual, if each changes ``ratio`` times what the one before did."""
+    """Return the number of rounds from ``change`` to ``residual`` if a round multiplies the change by ``ratio``."""
     if change <= residual:
         return 0.0
     return float(np.log(residual / change) / np.log(ratio)) if ratio < 1 else np.inf

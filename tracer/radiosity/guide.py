@@ -52,7 +52,7 @@ class Guidance:
     look: float = 1 / 16
     """Share of the rays that look, in a full group; it is twice as much in the smallest group that looks."""
     floor: float = 0.5
-    """Share of the rays that gather which are distributed as the cosine."""
+    """Share of the gathering rays that are distributed as the cosine."""
     worth: float = 1.15
     """Smallest expected gain with which a group is guided or looks further."""
     overall: float = 1.1
@@ -62,7 +62,8 @@ class Guidance:
 FEWEST, MANY = 64, 1024
 """Smallest and largest number of rays that look through one triangle."""
 SAMPLE = 16
-"""Smallest number of groups that look first, as a sample of all; fewer than twice as many groups do."""
+"""Smallest size of the sample of groups that look first; it is less than twice as large, or all groups if they are
+fewer."""
 
 
 def division_for(guidance: Guidance, rays: int) -> Division | None:

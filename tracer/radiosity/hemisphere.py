@@ -82,7 +82,7 @@ class Regions:
     """Number of rays that looked in all, including those through triangles that were split."""
 
     def together(self, other_regions: Regions) -> Regions:
-        """Return these regions and those of other groups."""
+        """Return these regions together with the regions of other groups."""
         columns = [np.concatenate(pair) for pair in zip(self.columns, other_regions.columns, strict=True)]
         return regions_of(self.pyramid, columns, self.rays + other_regions.rays)
 

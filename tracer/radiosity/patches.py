@@ -1,4 +1,4 @@
-"""Patches of a scene of meshes: small triangles, each with one radiosity.
+"""Patches of a scene of meshes: small triangles, each of uniform radiosity.
 
 Every face is cut into n x n triangles, its cells, so that no edge is longer than a given size. The front of a cell is a
 patch, and so is its back if any back of the shape reflects or shines. The face that a ray hits, and the place on the

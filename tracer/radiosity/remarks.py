@@ -1,4 +1,4 @@
-"""Remarks on what radiosity shows otherwise than it is, or not at all: it treats every surface as diffuse."""
+"""Remarks on the parts of a scene that radiosity changes or leaves out: it treats every surface as diffuse."""
 
 from __future__ import annotations
 

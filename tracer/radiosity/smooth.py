@@ -1,4 +1,4 @@
-"""Radiosity at the corners of patches, for display: radiosity then changes smoothly from a patch to its neighbours.
+"""Radiosity at the corners of patches, for display: radiosity then changes gradually from a patch to its neighbours.
 
 A corner has the mean radiosity, weighted by area, of the patches of its shape that meet there. Patches meet where the
 place and the normal of their corners are the same. The normals are those of the vertices if the shape has any, as it is
@@ -74,7 +74,7 @@ def corner_numbers(patches: Patches) -> Integers:
         places.append(between(corners[face], local))
         normals.append(normalised(between(normals_of(shape, corners)[face], local)))
         shapes.append(np.full(len(face), number))
-    place, normal, shape_of = (np.concatenate(part) for part in (places, normals, shapes))
+    place, normal, shape_of = (np.concatenate(arrays) for arrays in (places, normals, shapes))
     back = patches.back.numpy()
     front_of = np.concatenate([np.arange(len(back)), np.flatnonzero(back != NOTHING)])
     behind = np.arange(len(patches)) >= len(back)

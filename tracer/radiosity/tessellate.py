@@ -54,7 +54,7 @@ def tessellated(scene: Any, size: float) -> Any:
 
 
 def sagitta(scene: Any) -> float:
-    """Return the largest distance between a round shape of a scene and the triangles that replace it."""
+    """Return an upper bound for the distance from a scene's round shapes to the triangles that replace them."""
     widths = [
         np.linalg.norm(placed(shape)[:3, 0]) for shape in scene.shapes() if shape.class_name() in ("Sphere", "Cylinder")
     ]
