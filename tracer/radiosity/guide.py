@@ -69,7 +69,7 @@ fewer."""
 def division_for(guidance: Guidance, rays: int) -> Division | None:
     """Return how groups whose points have ``rays`` rays each divide their hemispheres; None for too few rays.
 
-    At most half of the triangles of a level are split, so that rays look through at most 4 (2^(depth + 1) - 1).
+    At most half of the triangles of a level are split, so at most 4 (2^(depth + 1) - 1) triangles are looked through.
     """
     budget = guidance.look * rays * guidance.members
     for depth in range(guidance.depth, -1, -1):

@@ -199,15 +199,15 @@ def look(
         identity, radiance = see(groups.leave(point, cosine_in_triangle(triangle_table, triangle_of_ray, u, v)))
         dr.eval(identity, radiance)
         grey = mi.luminance(radiance)
-        second_half = dr.select((ray_index & 1) == 1, grey, 0)
-        sums = [dr.block_sum(values, count) for values in (grey, dr.square(grey), second_half, dr.square(second_half))]
+        odd_half = dr.select((ray_index & 1) == 1, grey, 0)
+        sums = [dr.block_sum(values, count) for values in (grey, dr.square(grey), odd_half, dr.square(odd_half))]
         value = mi.Float(0)
         if division.kind != "deviation":
             # This is expensive: every ray is compared with all other rays of its region.
             same = mi.Float(multiplicity(identity, count))
             value = complexity_of(division.kind, same, identity != NOTHING, count, surfaces)
         dr.eval(value, sums)
-        mean, deviation = halved(np.stack([channel.numpy().astype(np.float64) for channel in sums], axis=-1), count)
+        mean, deviation = halved(np.stack([total.numpy().astype(np.float64) for total in sums], axis=-1), count)
         complexity = deviation if division.kind == "deviation" else np.tile(value.numpy()[:, None], (1, 3))
         results.append((complexity.astype(np.float64), mean, deviation))
     if not results:
@@ -222,8 +222,8 @@ def halved(sums: Floats, count: int) -> tuple[Floats, Floats]:
     ``sums`` (R, 4): sum and sum of squares over all rays, then over the rays of odd number.
     """
     total, squares = (
-        np.stack([all_rays, all_rays - second_half, second_half], axis=-1)
-        for all_rays, second_half in ((sums[:, k], sums[:, k + 2]) for k in (0, 1))
+        np.stack([all_rays, all_rays - odd_half, odd_half], axis=-1)
+        for all_rays, odd_half in ((sums[:, k], sums[:, k + 2]) for k in (0, 1))
     )
     rays = np.maximum([count, count - count // 2, count // 2], 1)
     mean = total / rays
