@@ -1,1 +1,1 @@
-"""What measures tracer and is not part of it: ``python -m benchmarks NAME -o FOLDER``, from a checkout."""
+"""Benchmarks of tracer, which are not part of the package: ``python -m benchmarks NAME -o FOLDER``, from a checkout."""

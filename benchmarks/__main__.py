@@ -1,4 +1,4 @@
-"""``python -m benchmarks NAME -o FOLDER``, from a checkout: measure tracer, and write what was found."""
+"""``python -m benchmarks NAME -o FOLDER``, from a checkout: measure tracer, and write the results."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ ABOUT = {
     "radiosity": "Guided rays against even ones and paths. 30 minutes.",
     "viewpoint": "Measures of views, searches, fast estimates. 10 minutes.",
 }
-"""What each benchmark measures, and how long that takes on two cores."""
+"""For each benchmark, by its name, what it measures and how long it takes on two cores."""
 Output = Annotated[Path, typer.Option("--output", "-o", help="Folder to write to.", show_default=False)]
 Public = Annotated[Path, typer.Argument(help="Folder with the folders meshes and molecules.", show_default=False)]
 
 
 class Reports(TyperGroup):
-    """Commands of which an unknown one is a mistake in one sentence."""
+    """A group of commands in which the name of an unknown command is reported in one sentence."""
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """Return a command. Raises SettingsError."""
+        """Return the command of a name. Raises SettingsError for an unknown name."""
         if cmd_name not in self.commands:
             raise SettingsError(f"There is no benchmark '{cmd_name}'; there are: {', '.join(self.commands)}.")
         return super().get_command(ctx, cmd_name)
@@ -47,8 +47,11 @@ app = typer.Typer(
 )
 
 
-def perform(name: str, output: Path, overwrite: bool, quiet: bool, *more: Any) -> None:
-    """Write a report, with a progress bar; ``more`` is what it needs beyond the folder. Raises TracerError."""
+def perform(name: str, output: Path, overwrite: bool, quiet: bool, *arguments: Any) -> None:
+    """Run a benchmark with a progress bar, and write its report.
+
+    ``arguments`` are those of its function ``report`` after the folder and the progress callback. Raises TracerError.
+    """
     from tracer.cli.progress import steps
     from tracer.core import backend
     from tracer.io.atomic import prepare_folder
@@ -57,7 +60,7 @@ def perform(name: str, output: Path, overwrite: bool, quiet: bool, *more: Any) -
     report = importlib.import_module(f"benchmarks.{name}.report")
     prepare_folder(output, overwrite, report.FILES)
     with steps(quiet) as progress:
-        report.report(output, progress, *more)
+        report.report(output, progress, *arguments)
     if not quiet:
         typer.echo(f"{output / 'results.md'} has everything.")
 
@@ -74,7 +77,7 @@ def command(name: str) -> Callable[..., None]:
 def viewpoint(
     public: Public, output: Output, overwrite: options.Overwrite = False, quiet: options.Quiet = False
 ) -> None:
-    """Measure views of what is in a folder."""
+    """Measure views of the meshes and molecules in a folder."""
     for folder in ("meshes", "molecules"):
         if not (public / folder).is_dir():
             raise SceneError(f"There is no folder '{public / folder}'; name the folder that has it.")

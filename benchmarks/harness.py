@@ -1,4 +1,4 @@
-"""What all benchmarks share: counted steps, ratios with intervals, pages of sections, figures, files that are whole."""
+"""Code that all benchmarks share: counted steps, ratios with intervals, pages of sections, figures, whole files."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ from tracer.progress import StepCallback
 from tracer.study.gains import LEVEL, Interval
 
 NUMBERS, PAGE = "results.json", "results.md"
-"""What every benchmark writes, beside its figures."""
+"""Names of the files of results that every benchmark writes, beside its figures."""
 Announce = Callable[[str], None]
-"""Called with the name of a step as it begins. Raises KeyboardInterrupt if the person wants to stop."""
+"""Function that is called with the name of each step as it begins. Raises KeyboardInterrupt if the user wants to
+stop."""
 
 
 class StepCounter:
@@ -32,31 +33,31 @@ class StepCounter:
         self.progress, self.total, self.done = progress, total, 0
 
     def __call__(self, name: str) -> None:
-        """Show the step that begins. Raises KeyboardInterrupt if the person wants to stop."""
+        """Show the step that begins. Raises KeyboardInterrupt if the user wants to stop."""
         if self.progress(name, self.done, self.total) is False:
             raise KeyboardInterrupt
         self.done += 1
 
 
 def bundled_scenes() -> list[Path]:
-    """Return the files of the scenes that come with tracer, by name."""
+    """Return the files of the scenes that come with tracer, in the order of their names."""
     return sorted(Path(str(package_files("tracer.scenes"))).glob("*.xml"))
 
 
 def written_by(name: str) -> str:
-    """Return how a page begins: with the command that wrote it."""
+    """Return the beginning of a page, which names the command that wrote it."""
     return f"Written by `python -m benchmarks {name}`"
 
 
 def machine() -> str:
-    """Return what the times of a page were measured on."""
+    """Return the processor and the number of threads with which the times of a page were measured."""
     return f"{backend.processor()} with {backend.thread_count()} threads"
 
 
 def ratio_over_seeds(errors: ArrayLike, baseline: ArrayLike) -> Interval:
-    """Return how many times larger than ``errors`` the errors ``baseline`` are, both (S,), one entry a seed.
+    """Return the ratio of ``baseline`` to ``errors``, both (S,) with an entry for each seed.
 
-    The geometric mean over seeds, and its 95 % interval: that of Student for the mean of the logarithms.
+    It is the geometric mean over seeds with its 95 % interval, Student's interval for the mean of the logarithms.
     """
     logarithms = np.log(np.asarray(baseline)) - np.log(np.asarray(errors))
     mean, seeds = float(logarithms.mean()), len(logarithms)
@@ -65,23 +66,23 @@ def ratio_over_seeds(errors: ArrayLike, baseline: ArrayLike) -> Interval:
 
 
 def middle_and_range(middle: float, values: Sequence[float]) -> str:
-    """Return a mean or median as text, with the least and the most of the values in brackets."""
+    """Return a mean or median as text, with the smallest and the largest of the values in brackets."""
     return f"{middle:.2f} [{min(values):.2f}, {max(values):.2f}]"
 
 
 def page(title: str, introduction: str, sections: Mapping[str, str]) -> str:
-    """Return a Markdown page; ``sections`` are texts by their headings. The introduction may be empty."""
+    """Return a Markdown page; ``sections`` maps headings to texts. The introduction may be empty."""
     parts = [f"# {title}", introduction, *(f"## {heading}\n\n{text.strip()}" for heading, text in sections.items())]
     return "\n\n".join(part.strip() for part in parts if part) + "\n"
 
 
 @contextmanager
 def figure(path: Path, width: float, height: float, dpi: int = 110) -> Iterator[Figure]:
-    """Yield an empty figure of so many inches, and write it once the block has drawn it."""
-    drawn = Figure(figsize=(width, height), layout="constrained")
-    yield drawn
+    """Yield an empty figure, ``width`` x ``height`` inches, and write it once the block has drawn it."""
+    empty_figure = Figure(figsize=(width, height), layout="constrained")
+    yield empty_figure
     with atomic.whole(path) as temporary:
-        drawn.savefig(temporary, dpi=dpi)
+        empty_figure.savefig(temporary, dpi=dpi)
 
 
 def write(folder: Path, numbers: Any, text: str) -> None:

@@ -1,11 +1,11 @@
-"""Integrator ``adaptive``: renders a nested integrator with samples where the picture is complex.
+"""Integrator ``adaptive``: renders a nested integrator with more samples where the picture is complex.
 
-It looks first with cheap rays, then draws the samples of the nested integrator in rounds, each allocated by what the
-rounds before have shown. ``spp`` is the mean over all pixels. Samples always come from the progressive sampler
-``owen_sobol``; of the sensor's sampler only the sample count is used, when ``mi.render`` is not given one.
+A pilot of cheap rays comes first. The samples of the nested integrator are then drawn in rounds, each allocated by what
+the earlier rounds have shown. ``spp`` is the mean over all pixels. Samples always come from the progressive sampler
+``owen_sobol``; the sensor's sampler only gives the sample count, if ``mi.render`` is given none.
 
-Derivatives are those of the nested integrator, taken with its own uniform samples: the allocation is a constant, and
-the expected picture does not depend on it.
+Derivatives are those of the nested integrator, taken with its own uniform samples: the allocation is treated as a
+constant, because the expected picture does not depend on it.
 
 .. pluginparameters::
 
@@ -14,34 +14,35 @@ the expected picture does not depend on it.
    - What to render: any integrator that follows camera rays, such as ``path``. (Default: path)
  * - criterion
    - |string|
-   - Where it is worth it: fused, variance, shape_entropy, uniform, and those of others. (Default: fused)
+   - What finds importance: fused, variance, shape_entropy, uniform, or another registered name. (Default: fused)
  * - objective
    - |string|
    - Which error is to be small: relative, absolute, display. (Default: relative)
  * - exposure
    - |float|
-   - Stops by which the picture will be brightened before it is looked at. (Default: 0)
+   - Stops by which the picture will be brightened for viewing. (Default: 0)
  * - pilot_spp, min_spp, max_spp
    - |int|
-   - Rays per pixel that look first; least and most samples of any pixel. (Default: chosen by the budget)
+   - Pilot rays per pixel; smallest and largest number of samples of any pixel. (Default: chosen by the budget)
  * - cost
    - |string|
-   - What a sample is taken to cost: none, which is all the same, or rays. (Default: none)
+   - How the cost of a sample is estimated: by its rays (rays), or as equal for all samples (none). (Default: none)
  * - importance
    - |string|
-   - Image file that multiplies the importance of each pixel, a mask or a weight. (Default: none)
+   - Image file, a mask or weights, by which the importance of each pixel is multiplied. (Default: none)
  * - shape_weights
    - |string|
-   - Factors of the importance of what shapes cover, by ID or number, such as "lamp=4, floor=0.5". (Default: none)
+   - Factors of the importance of pixels that shapes cover, by ID or number: "lamp=4, floor=0.5". (Default: none)
  * - block
    - |int|
-   - Side in pixels of the squares over which the complexity of IDs is measured. (Default: 1)
+   - Side, in pixels, of the squares over which the complexity of IDs is measured. (Default: 1)
  * - unbiased
    - |bool|
-   - Keep the samples that decide out of the picture; they count towards ``spp`` all the same. (Default: false)
+   - Whether samples that decide on the allocation are left out of the picture; they still count towards ``spp``.
+     (Default: false)
  * - spp, seed
    - |int|
-   - Budget and seed when ``mi.render`` is not given any. (Default: those of the sensor's sampler and 0)
+   - Mean samples per pixel, and seed, if ``mi.render`` is given none. (Default: those of the sensor's sampler; 0)
 
 .. tabs::
     .. code-tab:: xml
@@ -78,11 +79,11 @@ class AdaptiveIntegrator(mi.SamplingIntegrator):
             raise SettingsError('adaptive: takes one nested integrator, such as <integrator type="path"/>.')
         self.nested = require_nestable(nested[0] if nested else mi.load_dict({"type": "path"}))
         self.settings = {name: props[name] for name in Settings.model_fields if name in props}
-        if "importance" in self.settings:  # beside the scene, as every file that a scene names
+        if "importance" in self.settings:  # the path is relative to the scene file, like all paths in it
             self.settings["importance"] = str(mi.file_resolver().resolve(str(self.settings["importance"])))
         check_settings(**self.settings)
         self.result: Result | None = None
-        """What the last render returned, with sample counts, errors and report."""
+        """Result of the last rendering, with sample counts, errors and report; None before the first."""
 
     def render(
         self,
@@ -95,12 +96,12 @@ class AdaptiveIntegrator(mi.SamplingIntegrator):
     ) -> mi.TensorXf:
         if not develop:
             raise SettingsError("adaptive: can only render with develop=True.")
-        chosen = sensor if isinstance(sensor, mi.Sensor) else scene.sensors()[sensor]
-        settings = {"spp": chosen.sampler().sample_count(), **self.settings}
+        chosen_sensor = sensor if isinstance(sensor, mi.Sensor) else scene.sensors()[sensor]
+        settings = {"spp": chosen_sensor.sampler().sample_count(), **self.settings}
         if spp:
             settings["spp"] = spp
         settings["seed"] = self.own_seed(seed)
-        with open_scene(scene, chosen, self) as view:
+        with open_scene(scene, chosen_sensor, self) as view:
             self.result = render_request(Request(view, settings))
             view.fill_film(self.result.image)
         return upload_tensor(self.result.image)
@@ -125,7 +126,7 @@ class AdaptiveIntegrator(mi.SamplingIntegrator):
         self.nested.render_backward(scene, params, grad_in, sensor, self.own_seed(seed), spp)
 
     def own_seed(self, seed: mi.UInt32 | int) -> int:
-        """Return ``seed``, or that of the parameters if it is not given (zero)."""
+        """Return ``seed``, or the seed of the parameters if ``seed`` is 0, which stands for none."""
         seed = int(seed[0]) if isinstance(seed, mi.UInt32) else int(seed)
         return seed or self.settings.get("seed", 0)
 

@@ -1,17 +1,18 @@
-"""Integrator ``features``: what the camera's rays hit first, as AOVs that tell a denoiser what is edge and what noise.
+"""Integrator ``features``: AOVs of the surfaces that camera rays hit first, by which a denoiser tells edges from noise.
 
 The radiance is 0. The AOVs are ``albedo.R``, ``albedo.G``, ``albedo.B``, ``normal.X``, ``normal.Y``, ``normal.Z`` and
 ``depth.Z``. It has no parameters.
 
-- Albedo, from 0 to 1: the diffuse reflectance. Surfaces that have none (metal, glass) have the weight of one sample of
-  what they do instead, always the same one, so that it adds no noise: the reflectance of a metal, the tint of glass.
-  What shines adds its radiance, the sky alone included; all is clipped to 1. Under spectral variants it is the colour
-  under daylight (D65), without noise; under monochromatic ones it is grey.
+- Albedo, from 0 to 1: the diffuse reflectance. A surface without diffuse reflectance (metal, glass) has the weight of
+  one BSDF sample instead, always with the same random numbers, so that it adds no noise: this is the reflectance of a
+  metal, or the tint of glass. Emitters add their radiance, as does the sky where nothing is hit; the sum is clipped to
+  1. Under spectral variants the albedo is the colour under daylight (D65), without noise; under monochromatic variants
+  it is grey.
 - Normal: the shading normal, in world space, of length 1; 0 where nothing is hit.
-- Depth: the distance from where the ray begins, as that of Mitsuba's ``aov``; perspective cameras begin rays at their
-  near plane. 0 where nothing is hit.
+- Depth: the distance from the start of the ray, as in Mitsuba's ``aov``; rays of perspective cameras start at the near
+  plane. 0 where nothing is hit.
 
-Media are not seen, and an emitter is, where the picture's integrator hides it.
+Media are not seen. Emitters are seen even where the picture's integrator hides them.
 
 .. tabs::
     .. code-tab:: xml
@@ -32,11 +33,13 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-NAMES = [f"albedo.{c}" for c in "RGB"] + [f"normal.{c}" for c in "XYZ"] + ["depth.Z"]
+NAMES = [f"albedo.{channel}" for channel in "RGB"] + [f"normal.{axis}" for axis in "XYZ"] + ["depth.Z"]
+"""Names of the AOVs."""
 WAVELENGTHS = np.linspace(400.0, 700.0, 16).reshape(4, 4)
-"""Nanometres at which colours are looked at under spectral variants, as many at once as Mitsuba takes."""
+"""Wavelengths in nanometres at which colours are evaluated under spectral variants; a row has as many as Mitsuba takes
+at once."""
 Spectrum = Callable[[Any], Any]
-"""From a surface interaction, whose wavelengths count, to what it sends there (mi.UnpolarizedSpectrum)."""
+"""From a surface interaction to a spectrum (mi.UnpolarizedSpectrum) at the wavelengths of the interaction."""
 
 
 class FeatureIntegrator(mi.SamplingIntegrator):
@@ -49,45 +52,47 @@ class FeatureIntegrator(mi.SamplingIntegrator):
     def sample(
         self, scene: mi.Scene, sampler: mi.Sampler, ray: Any, medium: Any = None, active: Any = True
     ) -> tuple[Any, Any, list[Any]]:
-        found = scene.ray_intersect(ray, mi.RayFlags.All, coherent=True, active=active)
-        hit = found.is_valid() & active
-        albedo = dr.clip(self.reflected(found, found.bsdf(ray), hit) + self.emitted(found, scene, active), 0.0, 1.0)
+        surface = scene.ray_intersect(ray, mi.RayFlags.All, coherent=True, active=active)
+        hit = surface.is_valid() & active
+        albedo = dr.clip(
+            self.reflected(surface, surface.bsdf(ray), hit) + self.emitted(surface, scene, active), 0.0, 1.0
+        )
         albedo = dr.select(dr.isfinite(albedo), albedo, 0.0)
-        normal = dr.select(hit, found.sh_frame.n, 0.0)
-        depth = dr.select(hit, found.t, 0.0)
+        normal = dr.select(hit, surface.sh_frame.n, 0.0)
+        depth = dr.select(hit, surface.t, 0.0)
         return mi.Spectrum(0.0), hit, [*albedo, *normal, depth]
 
-    def reflected(self, found: Any, bsdf: Any, hit: Any) -> Any:
-        """Return the share of light that surfaces reflect (mi.Color3f), 0 where nothing is hit."""
-        # As light is weighed, not radiance, which changes where it enters glass.
+    def reflected(self, surface: Any, bsdf: Any, hit: Any) -> Any:
+        """Return the share of light that surfaces reflect (mi.Color3f); 0 where nothing is hit."""
+        # This mode weights samples without the factor by which radiance changes where it enters glass.
         context = mi.BSDFContext(mi.TransportMode.Importance)
 
-        def reflectance(found: Any) -> Any:
+        def reflectance(surface: Any) -> Any:
             diffuse = hit & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Diffuse)
-            other = bsdf.sample(context, found, mi.Float(0.5), mi.Point2f(0.5), hit & ~diffuse)[1]
-            own = dr.select(diffuse, plain(bsdf.eval_diffuse_reflectance(found, diffuse)), plain(other))
-            return own if self.daylight is None else own * plain(self.daylight.eval(found))
+            sampled = bsdf.sample(context, surface, mi.Float(0.5), mi.Point2f(0.5), hit & ~diffuse)[1]
+            colour = dr.select(diffuse, plain(bsdf.eval_diffuse_reflectance(surface, diffuse)), plain(sampled))
+            return colour if self.daylight is None else colour * plain(self.daylight.eval(surface))
 
-        return dr.select(hit, self.colour(reflectance, found), 0.0)
+        return dr.select(hit, self.colour(reflectance, surface), 0.0)
 
-    def emitted(self, found: Any, scene: mi.Scene, active: Any) -> Any:
-        """Return the radiance of what the rays see shine (mi.Color3f)."""
-        emitter = found.emitter(scene, active)
-        return self.colour(lambda found: plain(emitter.eval(found, active)), found)
+    def emitted(self, surface: Any, scene: mi.Scene, active: Any) -> Any:
+        """Return the radiance (mi.Color3f) of the emitters that rays hit, the sky included."""
+        emitter = surface.emitter(scene, active)
+        return self.colour(lambda surface: plain(emitter.eval(surface, active)), surface)
 
-    def colour(self, spectrum: Spectrum, found: Any) -> Any:
+    def colour(self, spectrum: Spectrum, surface: Any) -> Any:
         """Return a spectrum as linear sRGB (mi.Color3f)."""
         if self.daylight is None:
-            values = spectrum(found)
+            values = spectrum(surface)
             return mi.Color3f(values.x) if mi.is_monochromatic else mi.Color3f(values)
-        seen, white = mi.Color3f(0.0), mi.Color3f(0.0)
-        own = found.wavelengths
+        total, white = mi.Color3f(0.0), mi.Color3f(0.0)
+        wavelengths = surface.wavelengths
         for nanometres in WAVELENGTHS.tolist():
-            found.wavelengths = type(own)(*nanometres)
-            seen += mi.spectrum_to_srgb(spectrum(found), found.wavelengths)
-            white += mi.spectrum_to_srgb(plain(self.daylight.eval(found)), found.wavelengths)
-        found.wavelengths = own
-        return seen / white
+            surface.wavelengths = type(wavelengths)(*nanometres)
+            total += mi.spectrum_to_srgb(spectrum(surface), surface.wavelengths)
+            white += mi.spectrum_to_srgb(plain(self.daylight.eval(surface)), surface.wavelengths)
+        surface.wavelengths = wavelengths
+        return total / white
 
     def aov_names(self) -> list[str]:
         return NAMES

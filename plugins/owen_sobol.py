@@ -1,15 +1,15 @@
 """Sampler ``owen_sobol``: a progressive low-discrepancy sequence, keyed by pixel and sample index.
 
 Every pixel owns an infinite sequence of points. Each pair of dimensions is the (0, 2)-sequence of Sobol, in an order
-of its own (see ``pairings.py``), its digits scrambled after Owen by hashes of (seed, pixel, pair): B. Burley,
-"Practical Hash-based Owen Scrambling", JCGT 9(4), 2020. The hash that stands in for the random permutation tree is
-Laine and Karras's with the constants of N. Vegdahl ("Building a Better LK Hash", 2021).
+of its own (see ``pairings.py``). Its digits are scrambled after Owen by hashes of (seed, pixel, pair): B. Burley,
+"Practical Hash-based Owen Scrambling", JCGT 9(4), 2020. The hash that replaces the random permutation tree is that of
+Laine and Karras with the constants of N. Vegdahl ("Building a Better LK Hash", 2021).
 
 A sample is a pure function of (seed, pixel, sample index, dimension), never of its lane: chunk size, order of rounds
 and number of threads cannot change it, and any prefix of a power-of-two length is a net.
 
-Where ``mi.render`` itself splits a picture into passes, above 2^32 samples, it does not tell a Python sampler how many
-samples a pixel has in each: the picture is right, but less well stratified.
+Above 2^32 samples ``mi.render`` itself splits a picture into passes, but does not tell a Python sampler how many
+samples a pixel has in each pass: the picture is right, but less well stratified.
 
 .. pluginparameters::
 
@@ -42,7 +42,7 @@ from tracer.core.hashing import GOLDEN_RATIO, mix
 from .pairings import DEGREE, POLYNOMIALS
 
 SHUFFLE_KEY = 0x5BF1E
-"""Keeps the order of cycles apart from the scrambles of dimensions."""
+"""Arbitrary constant that makes the hash for the order of cycles differ from the hashes for scrambles of dimensions."""
 
 
 def scramble_reversed(x: mi.UInt32, seed: mi.UInt32) -> mi.UInt32:
@@ -68,9 +68,10 @@ def pascal(x: mi.UInt32) -> mi.UInt32:
 
 
 def entry(table: Sequence[int], number: mi.UInt32) -> mi.UInt32:
-    """Return entry ``number`` of a short table of constants; beyond its end, any of them.
+    """Return entry ``number`` of a short table of constants; for a number beyond its end, an unspecified entry.
 
-    A tree of selections: an array to gather from would have to be made while a frozen function is being recorded.
+    It is found by a tree of selections, because an array to gather from would have to be made while a frozen function
+    is being recorded.
     """
     entries = [mi.UInt32(value) for value in table]
     bit = 0
@@ -83,9 +84,9 @@ def entry(table: Sequence[int], number: mi.UInt32) -> mi.UInt32:
 
 
 def reorder(index: mi.UInt32, pair: mi.UInt32) -> mi.UInt32:
-    """Return the place in the sequence that a pair of dimensions takes its point of an index from.
+    """Return the place in the Sobol sequence from which a pair of dimensions takes the point of sample ``index``.
 
-    The carry-less product with the pair's polynomial in the shift to lower bits; see ``pairings.py``.
+    It is the carry-less product of the index with the pair's polynomial in the shift to lower bits (``pairings.py``).
     """
     polynomial = entry(POLYNOMIALS, pair)
     place = index
@@ -95,7 +96,7 @@ def reorder(index: mi.UInt32, pair: mi.UInt32) -> mi.UInt32:
 
 
 def to_unit_interval(x: mi.UInt32) -> mi.Float:
-    """Map 32 bits to [0, 1): the 24 leading ones, which a float32 holds exactly."""
+    """Map 32 bits to [0, 1), using the 24 leading bits, which a float32 holds exactly."""
     return mi.Float(x >> 8) * (1.0 / (1 << 24))
 
 
@@ -126,16 +127,16 @@ class OwenSobolSampler(mi.Sampler):
     def seed_samples(self, seed: mi.UInt32, pixel: mi.UInt32, index: mi.UInt32) -> None:
         """Key each lane by hand: sample ``index`` of pixel ``pixel`` (arrays of one width), at dimension 0."""
         root = mix(mi.UInt32(seed) + (GOLDEN_RATIO * (1 + self.base_seed)) % 2**32)
-        dr.make_opaque(root)  # a literal would be compiled into the kernel, one kernel a seed
+        dr.make_opaque(root)  # a literal would be compiled into the kernel, so that every seed had a kernel of its own
         self.key = mix(mix(mi.UInt32(pixel) + GOLDEN_RATIO) ^ root)
         self.index = dr.brev(mi.UInt32(index))
         self.dimension = dr.zeros(mi.UInt32, dr.width(self.index))
 
     def next_place(self) -> tuple[mi.UInt32, mi.UInt32]:
-        """Return the place in the sequence and the hash of the next dimension (pair), and step to the one after."""
+        """Return the place in the sequence and the hash for the current dimension or pair, and step to the next one."""
         hashed = mix(self.key ^ (self.dimension * GOLDEN_RATIO))
         cycle = self.dimension // len(POLYNOMIALS)
-        # When all polynomials are used up they are used again, together in an order shuffled at random.
+        # When all polynomials are used up, a new cycle uses them again, with the order of points shuffled at random.
         shuffled = scramble_reversed(self.index, mix(self.key ^ (cycle * GOLDEN_RATIO) ^ SHUFFLE_KEY))
         index = dr.brev(dr.select(cycle == 0, self.index, shuffled))
         place = reorder(index, self.dimension - cycle * len(POLYNOMIALS))
@@ -155,11 +156,11 @@ class OwenSobolSampler(mi.Sampler):
         return mi.Point2f(to_unit_interval(x), to_unit_interval(y))
 
     def clone(self) -> OwenSobolSampler:
-        copy = self.fork()
-        copy.key = mi.UInt32(self.key)
-        copy.index = mi.UInt32(self.index)
-        copy.dimension = mi.UInt32(self.dimension)
-        return copy
+        duplicate = self.fork()
+        duplicate.key = mi.UInt32(self.key)
+        duplicate.index = mi.UInt32(self.index)
+        duplicate.dimension = mi.UInt32(self.dimension)
+        return duplicate
 
     def fork(self) -> OwenSobolSampler:
         properties = mi.Properties("owen_sobol")

@@ -1,11 +1,11 @@
-"""Integrator ``radiosity``: shows the radiosity of a scene of diffuse surfaces, which it solves when it is first asked.
+"""Integrator ``radiosity``: shows the radiosity of a scene of diffuse surfaces, which it solves at the first rendering.
 
-The scene is cut into patches, which gather light along rays that are traced once, until nothing changes any more, or
-shoot it until none is left. What is shown is light gathered anew at every place that a camera ray hits, of which
-patches are seen only in the second place: textures and shadows are sharp then. Or the patches themselves, as they are
-or smoothed. Surfaces that are not diffuse count as if they were, and reflected as much, and media are left out: a
-warning names both. A scene is solved once: after it has changed, load the integrator again. ``hide_emitters`` has no
-effect.
+The scene is cut into patches. Patches either gather light, along rays that are traced once, until a round changes
+almost nothing, or shoot their light until almost none is left. The picture shows light that is gathered anew at every
+place that a camera ray hits, so that patches are seen only indirectly and textures and shadows are sharp. It can also
+show the patches themselves, as they are or smoothed. Surfaces that are not diffuse are treated as diffuse surfaces of
+the same albedo, and media are left out: warnings name both. A scene is solved once: after the scene has changed, load
+the integrator again. ``hide_emitters`` has no effect.
 
 .. pluginparameters::
 
@@ -14,22 +14,22 @@ effect.
    - Longest edge of a patch, in units of the scene. (Default: a 40th of the scene's largest extent)
  * - rays
    - |int|
-   - Rays that every patch gathers with, and as many to lights; or shoots with, on average. (Default: 256)
+   - Rays that every patch gathers with, and as many again to lights; or rays that it shoots, on average. (Default: 256)
  * - residual
    - |float|
-   - Share of the power that the last round may have changed, or that is left to shoot. (Default: 1e-5)
+   - Largest share of the power that the last round may change, or that may be left to shoot. (Default: 1e-5)
  * - method
    - |string|
    - ``gathering`` or ``shooting``. (Default: gathering)
  * - show
    - |string|
-   - ``gather``, ``smooth`` or ``patches``. (Default: gather)
+   - What the picture shows: ``gather`` (light gathered anew), ``smooth`` or ``patches``. (Default: gather)
  * - guided
    - |bool|
-   - Whether rays that gather go where what is seen varies, instead of evenly. (Default: true)
+   - Whether gathering rays go where the radiance that is seen varies, instead of evenly. (Default: true)
  * - seed
    - |int|
-   - Of the rays of patches. (Default: 0)
+   - Seed of the rays of patches. (Default: 0)
 
 .. tabs::
     .. code-tab:: xml
@@ -64,9 +64,11 @@ from tracer.radiosity.smooth import Smooth
 from tracer.radiosity.warp import Warp
 
 METHODS, SHOWN = ("gathering", "shooting"), ("gather", "smooth", "patches")
+"""Values of the parameter ``method``, and of the parameter ``show``."""
 GUIDANCE = Guidance()
+"""How gathering rays are guided."""
 DIVISION = Division(GUIDANCE.kind, GUIDANCE.threshold, depth=2, rays=256, widest=0.5)
-"""28 rays a patch, and twice as many in the smallest groups."""
+"""How hemispheres are divided for ``gather``: with 28 rays a patch, and twice as many in the smallest groups."""
 
 
 class RadiosityIntegrator(mi.SamplingIntegrator):
@@ -92,23 +94,26 @@ class RadiosityIntegrator(mi.SamplingIntegrator):
         self.smooth: Smooth | None = None
         self.final: FinalGather
 
-    def prepare_scene(self, scene: mi.Scene, told: StepCallback = silent) -> None:
-        """Cut and solve ``scene`` unless that is done. ``told`` hears of progress, and may raise to stop."""
+    def prepare_scene(self, scene: mi.Scene, on_step: StepCallback = silent) -> None:
+        """Cut and solve ``scene`` unless it is the scene solved last.
+
+        ``on_step`` is called with the progress, and may raise an error to stop.
+        """
         if self.scene is scene:
             return
         patches = cut(scene, self.size or extent(scene) / EXTENT)
-        for sentence in remarks(scene) if told is silent else []:
+        for sentence in remarks(scene) if on_step is silent else []:
             mi.Log(mi.LogLevel.Warn, f"radiosity: {sentence}")
         guidance = GUIDANCE if self.guided else None
         if self.method == "shooting":
-            self.solution = shoot(patches, self.rays, self.residual, self.seed, None, told)
+            self.solution = shoot(patches, self.rays, self.residual, self.seed, None, on_step)
         else:
-            self.solution = solve(patches, self.rays, self.residual, self.seed, True, guidance, told)
+            self.solution = solve(patches, self.rays, self.residual, self.seed, True, guidance, on_step)
         radiosity = self.solution.radiosity
         if self.show == "gather":
             warp = None
             if guidance is not None:
-                told("looks", 0, 1)
+                on_step("looks", 0, 1)
                 groups = neighbours(patches.points, guidance.members)
                 see = by_face(patches, carried(patches, radiosity))
                 guide = make_guide(see, groups, DIVISION, guidance, patches.faces, self.seed)
@@ -116,7 +121,7 @@ class RadiosityIntegrator(mi.SamplingIntegrator):
             self.final = FinalGather(scene, patches, radiosity, warp)
         self.see = patches.see(radiosity)
         self.smooth = Smooth(patches, radiosity) if self.show == "smooth" else None
-        told("ready", 1, 1)
+        on_step("ready", 1, 1)
         self.patches, self.scene = patches, scene
 
     def render(self, scene: mi.Scene, *arguments: Any, **keywords: Any) -> mi.TensorXf:
@@ -127,18 +132,18 @@ class RadiosityIntegrator(mi.SamplingIntegrator):
         self, scene: mi.Scene, sampler: mi.Sampler, ray: Any, medium: Any = None, active: Any = True
     ) -> tuple[Any, Any, list[Any]]:
         self.prepare_scene(scene)
-        plain = mi.Ray3f(ray.o, ray.d)
+        primal_ray = mi.Ray3f(ray.o, ray.d)
         if self.show == "gather":
-            return *self.final.radiance(scene, plain, sampler, active), []
-        return self.look(plain), scene.ray_test(plain) & active, []
+            return *self.final.radiance(scene, primal_ray, sampler, active), []
+        return self.look(primal_ray), scene.ray_test(primal_ray) & active, []
 
     def look(self, ray: Any) -> Any:
-        """Return the radiance (mi.Color3f) of patches along rays."""
+        """Return the radiance (mi.Color3f) of the patches that rays hit."""
         _, radiance = self.see(ray)
         if self.smooth is None:
             return radiance
-        found = self.patches.scene.ray_intersect_preliminary(ray)
-        return dr.select(found.is_valid(), self.smooth.at(found, ray), radiance)
+        intersection = self.patches.scene.ray_intersect_preliminary(ray)
+        return dr.select(intersection.is_valid(), self.smooth.at(intersection, ray), radiance)
 
     def to_string(self) -> str:
         return f"RadiosityIntegrator[size={self.size}, rays={self.rays}, method={self.method}, show={self.show}]"

@@ -1,7 +1,7 @@
-"""How far the mean of adaptive pictures is off, and what it costs to give back what is lost.
+"""The bias of the mean of adaptive pictures, and the cost of the correction that gives lost light back.
 
-Every scene is rendered with uniform samples, by the default, and by the default that gives nothing back, with the same
-seeds; the truth is a uniform picture of many samples.
+Every scene is rendered with uniform samples, with the default, and with the default that gives nothing back, using the
+same seeds. The reference is a uniform picture of many samples.
 """
 
 from __future__ import annotations
@@ -29,9 +29,13 @@ from tracer.study.gains import Interval, gain
 from tracer.study.tables import bounds, markdown_table
 
 FILES = (harness.PAGE, harness.NUMBERS)
+"""Names of the files that this benchmark writes."""
 SIZE, BUDGETS, SEEDS, FIRST_SEED = 64, (16, 64), 16, 500
+"""Width of the pictures in pixels, samples per pixel of the budgets, number of seeds, and the first seed."""
 REFERENCE_SPP, REFERENCE_SEED = 8192, 1000003
+"""Samples per pixel of a reference, and its seed, which no other picture has."""
 METHODS: dict[str, dict[str, Any]] = {"uniform": {"criterion": "uniform"}, "given back": {}, "not given back": {}}
+"""Settings of each method, by its name."""
 HEADINGS = (
     "scene",
     "spp",
@@ -43,24 +47,25 @@ HEADINGS = (
     "spread of the mean, %",
     "uniform",
 )
+"""Headings of the columns of the table."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """One scene at one budget."""
+    """Results of a scene at a budget."""
 
     scene: str
     spp: int
     bias: dict[str, tuple[float, float]]
-    """Of each method: relative error of the mean over seeds, and its standard error."""
+    """For each method, the relative error of the mean of a picture, averaged over seeds, and its standard error."""
     spread: dict[str, float]
-    """Of each method: standard deviation of a picture's mean, relative."""
+    """For each method, the standard deviation over seeds of the mean of a picture, as a share of the true mean."""
     gain: dict[str, tuple[float, float, float]]
-    """Of each method but uniform: relMSE of uniform samples over its own, and the 95 % interval."""
+    """For each method but uniform, the relMSE of uniform samples over that of the method, and its 95 % interval."""
 
 
 def report(folder: Path, progress: StepCallback) -> None:
-    """Measure all scenes, and write ``FILES`` after every scene: a run that is stopped leaves what it has measured.
+    """Measure all scenes, and write ``FILES`` after every scene, so that a run that is stopped keeps its results.
 
     Raises KeyboardInterrupt if ``progress`` stops it.
     """
@@ -78,23 +83,23 @@ def report(folder: Path, progress: StepCallback) -> None:
 
 
 def openers() -> dict[str, Callable[[], Any]]:
-    """Return what opens each scene: one is open at a time, as others slow it down."""
+    """Return a function for each scene that opens it: one scene is open at a time, as others would slow it down."""
     bundled = {path.stem: partial(load, path) for path in harness.bundled_scenes()}
     return {"cornell_box": lambda: mi.load_dict(mi.cornell_box()), **bundled}
 
 
 def measure(name: str, scene: Any, spp: int, truth: NDArray[np.float32], announce: Announce) -> Row:
-    """Render a scene with all seeds and methods."""
+    """Return the results of a scene at a budget, rendered with all seeds and methods. ``truth`` (H, W, 3)."""
     errors: dict[str, list[float]] = {method: [] for method in METHODS}
     means: dict[str, list[float]] = {method: [] for method in METHODS}
-    level = truth.mean(dtype=np.float64)
+    true_mean = truth.mean(dtype=np.float64)
     for seed in range(FIRST_SEED, FIRST_SEED + SEEDS):
         announce(f"{name}: {spp} spp, seed {seed}")
         for method, settings in METHODS.items():
             with patch("tracer.film.bias.MOST", 0.0 if method == "not given back" else bias.MOST):
                 image = tracer.render(scene, size=SIZE, spp=spp, seed=seed, **settings).image[..., :3]
             errors[method].append(metrics.relative_mse(image, truth))
-            means[method].append(float(image.mean(dtype=np.float64) / level - 1))
+            means[method].append(float(image.mean(dtype=np.float64) / true_mean - 1))
     gains = {method: gain(errors[method], errors["uniform"], np.ones(SEEDS)).interval for method in METHODS}
     spread = {method: float(np.std(values, ddof=1)) for method, values in means.items()}
     return Row(
@@ -118,7 +123,7 @@ def to_page(numbers: list[dict[str, Any]]) -> str:
 
 
 def cells(row: Row) -> list[str]:
-    """Return a row as text, a cell a heading."""
+    """Return the cells of a row as text, one for each heading."""
     biases = [row.bias[method] for method in ("given back", "not given back", "uniform")]
     gains = [row.gain[method] for method in ("given back", "not given back")]
     return [

@@ -1,1 +1,1 @@
-"""What is claimed of workers: measured on this machine, and carried on to more of them by a model."""
+"""Benchmark of workers: measured on this machine, and extrapolated to more workers by a model."""

@@ -1,4 +1,4 @@
-"""Two workers of one thread each against one process of two, in turns, and what travels."""
+"""Two workers of one thread each against one process of two threads, in turns, and the bytes that travel."""
 
 from __future__ import annotations
 
@@ -24,9 +24,13 @@ from tracer.session.request import Request
 from tracer.settings import make_settings
 
 SIZE = (512, 512)
+"""Width and height of the pictures in pixels."""
 SPP = 256
+"""Mean samples per pixel."""
 WORKERS = 2
+"""Number of workers, and of threads of the single process."""
 SEEDS = (0, 1, 2)
+"""Seeds of the renders."""
 
 MEMORY = """
 import sys, tracer
@@ -46,33 +50,40 @@ class Pair:
     scene: str
     pixels: int
     alone: list[float] = field(default_factory=list)
-    """Seconds, a seed each."""
+    """Seconds of one process, for each seed."""
     workers: list[float] = field(default_factory=list)
+    """Seconds of the workers, for each seed."""
     rounds: list[int] = field(default_factory=list)
+    """Number of rounds, for each seed."""
     traffic: list[dict[str, Any]] = field(default_factory=list)
+    """Units and bytes that travelled, for each seed."""
     constants: list[Constants] = field(default_factory=list)
+    """Constants of the model that each seed gives."""
     differing: int = 0
-    """Values of picture, counts and standard errors that differ, of all seeds."""
+    """Number of values of picture, counts and standard errors that differ, over all seeds."""
     difference: float = 0.0
-    """Largest difference of such values, relative to the larger."""
+    """Largest difference of such values, relative to the larger value."""
     programs: dict[str, float] = field(default_factory=dict)
-    """Seconds of the whole program, start-up included."""
+    """Seconds of the whole program, start-up included, by number of workers; 0 stands for one process."""
     memory: dict[str, float] = field(default_factory=dict)
-    """Most memory of the client, GiB, by number of workers."""
+    """Largest memory of the client in GiB, by number of workers; 0 stands for one process."""
 
     @property
     def throughput(self) -> list[float]:
-        """That of the workers over that of one process, a seed each."""
-        return [alone / workers for alone, workers in zip(self.alone, self.workers, strict=True)]
+        """Throughput of the workers over that of one process, for each seed."""
+        return [
+            alone_seconds / worker_seconds
+            for alone_seconds, worker_seconds in zip(self.alone, self.workers, strict=True)
+        ]
 
 
 def step_count() -> int:
-    """Return how many steps a scene has: warming up, a seed each, two programs."""
+    """Return the number of steps of a scene: one for warming up, one for each seed, and two programs."""
     return 1 + len(SEEDS) + 2
 
 
 def pair(name: str, path: Path, announce: Announce) -> Pair:
-    """Render a scene in both ways, one after the other, after a first time that is not measured."""
+    """Return the results of a scene, rendered in both ways in turn; a first render in each way is not measured."""
     with open_workers(WORKERS) as workers, open_scene(path, size=SIZE) as view:
         drawer_for = workers(Request(path, size=SIZE), fingerprint(path))
         measured = Pair(name, view.pixel_count)
@@ -81,15 +92,15 @@ def pair(name: str, path: Path, announce: Announce) -> Pair:
             settings = make_settings(spp=64 if seed is None else SPP, seed=seed or 0)
             start = time.perf_counter()
             alone = render_request(Request(view, settings))
-            middle, processor = time.perf_counter(), time.process_time()
+            alone_end, processor = time.perf_counter(), time.process_time()
             request = Request(view, settings)
             with begun(request, view, drawer_for=drawer_for) as rendering:
                 shared = complete(rendering, request)
             end, processor = time.perf_counter(), time.process_time() - processor
             if seed is None:
                 continue
-            measured.alone.append(middle - start)
-            measured.workers.append(end - middle)
+            measured.alone.append(alone_end - start)
+            measured.workers.append(end - alone_end)
             measured.rounds.append(len(shared.report.rounds))
             measured.traffic.append(shared.report.elsewhere)
             measured.constants.append(constants_of(measured, alone, shared, processor))
@@ -102,7 +113,7 @@ def pair(name: str, path: Path, announce: Announce) -> Pair:
 
 
 def compare(measured: Pair, alone: Result, shared: Result) -> None:
-    """Add the values in which a picture by workers differs from that of one process."""
+    """Add to ``measured`` the differences between the results of workers and of one process."""
     for layer in ("image", "samples", "stderr"):
         first, second = (np.asarray(getattr(result, layer), np.float64) for result in (alone, shared))
         difference = np.abs(first - second) / np.maximum(np.maximum(np.abs(first), np.abs(second)), 1e-30)
@@ -111,7 +122,10 @@ def compare(measured: Pair, alone: Result, shared: Result) -> None:
 
 
 def constants_of(measured: Pair, alone: Result, shared: Result, processor: float) -> Constants:
-    """Return what a pair of renders says of the constants of the model; ``processor``: seconds of the client's."""
+    """Return the constants of the model that a pair of renders gives.
+
+    ``processor``: seconds of processor time of the client with workers.
+    """
     report, elsewhere = alone.report, shared.report.elsewhere
     samples = sum(entry.samples for entry in report.rounds)
     rounds = len(report.rounds)
@@ -129,20 +143,20 @@ def constants_of(measured: Pair, alone: Result, shared: Result, processor: float
 
 
 def program_seconds(path: Path, workers: int) -> float:
-    """Return the seconds of a render by the command line."""
-    more = ["--workers", str(workers)] if workers else []
+    """Return the seconds of a render by the command line; with 0 ``workers``, by one process."""
+    worker_options = ["--workers", str(workers)] if workers else []
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder) / "out.exr"
         command = [sys.executable, "-m", "tracer", "render", str(path), "-o", str(output), "--spp", str(SPP), "-q"]
         start = time.perf_counter()
-        subprocess.run([*command, "--size", str(SIZE[0]), *more], check=True)
+        subprocess.run([*command, "--size", str(SIZE[0]), *worker_options], check=True)
         return time.perf_counter() - start
 
 
 def client_memory(path: Path, workers: int) -> float:
-    """Return the most memory (GiB) of a process that renders, alone or by workers."""
+    """Return the largest memory (GiB) of a process that renders alone, with 0 ``workers``, or with workers."""
     with tempfile.TemporaryDirectory() as folder:
         script = Path(folder) / "memory.py"
         script.write_text(MEMORY.format(width=SIZE[0], height=SIZE[1], cluster=workers or None))
-        done = subprocess.run([sys.executable, str(script), str(path)], check=True, capture_output=True, text=True)
-    return int(done.stdout) / 2**20
+        program = subprocess.run([sys.executable, str(script), str(path)], check=True, capture_output=True, text=True)
+    return int(program.stdout) / 2**20

@@ -1,4 +1,4 @@
-"""All that is claimed of workers, measured and written."""
+"""Measure everything about workers, and write the results."""
 
 from __future__ import annotations
 
@@ -16,11 +16,17 @@ from tracer.progress import StepCallback
 from tracer.study.tables import markdown_table
 
 FIGURE = "scaling.png"
+"""File name of the figure."""
 FILES = (harness.PAGE, harness.NUMBERS, FIGURE)
+"""Names of the files that this benchmark writes."""
 SCENES = ("spheres_and_rods", "window_interior")
+"""Scenes that are rendered."""
 PIXELS = 3840 * 2160
+"""Number of pixels of the picture of the model."""
 BUDGETS = (64, 256, 1024)
+"""Mean samples per pixel of the model."""
 WORKERS = (1, 10, 100, 1000)
+"""Numbers of workers of the model."""
 WORDS = {
     "drawing": "drawing",
     "scheduling": "the scheduler",
@@ -28,6 +34,7 @@ WORDS = {
     "network": "the network",
     "developing": "taking in the sums, and the picture",
 }
+"""Name on the page of each part of the time of the model."""
 
 
 def report(folder: Path, progress: StepCallback) -> None:
@@ -86,7 +93,7 @@ develop it, once; {constants.round_bytes:.0f} bytes a pixel and round, {constant
 
 
 def speed_table(pairs: list[Pair]) -> str:
-    """Return seconds of one process and of workers, and by how much their pictures differ."""
+    """Return a table of the seconds of one process and of workers, and of the differences of their pictures."""
     headings = [
         "scene",
         "s, one process",
@@ -112,7 +119,7 @@ def speed_table(pairs: list[Pair]) -> str:
 
 
 def traffic_table(pairs: list[Pair]) -> str:
-    """Return what travels for the first seed of each scene, and what memory the client takes."""
+    """Return a table of the bytes that travel for the first seed of each scene, and of the memory of the client."""
     headings = [
         "scene",
         "rounds",
@@ -142,13 +149,13 @@ def traffic_table(pairs: list[Pair]) -> str:
 
 
 def scaling_table(constants: Constants) -> str:
-    """Return what the model says of more workers than were measured."""
+    """Return a table of the times that the model predicts for more workers than were measured."""
     rows = []
     for spp in BUDGETS:
-        for count, faster in zip(WORKERS, scaling_model.speed_up(constants, PIXELS, spp, WORKERS), strict=True):
+        for count, factor in zip(WORKERS, scaling_model.speed_up(constants, PIXELS, spp, WORKERS), strict=True):
             times = scaling_model.times(constants, PIXELS, spp, count)
             parts = [f"{getattr(times, name):.0f}" for name in WORDS]
-            rows.append([str(spp), str(count), f"{times.total:.0f}", *parts, f"{faster:.0f}", WORDS[times.limit]])
+            rows.append([str(spp), str(count), f"{times.total:.0f}", *parts, f"{factor:.0f}", WORDS[times.limit]])
     return markdown_table(["spp", "workers", "seconds", *WORDS.values(), "times as fast", "waits most for"], rows)
 
 

@@ -1,4 +1,4 @@
-"""How long a picture takes with more workers than there are here: a model of its parts, with measured constants."""
+"""A model, with measured constants, of the time that a picture takes with more workers than were measured."""
 
 from __future__ import annotations
 
@@ -10,62 +10,67 @@ from tracer.cluster.work_balancer import LEAST_SECONDS, MOST_SECONDS, SCHEDULER_
 from tracer.settings import make_settings
 
 NETWORK = 1.25e9
-"""Bytes a second that reach the client: ten gigabits, not measured here."""
+"""Bytes a second that the client can receive: ten gigabits a second, an assumption and not measured."""
 
 
 @dataclass(frozen=True)
 class Constants:
-    """Seconds and bytes, as measured."""
+    """Measured constants of the model, in seconds and bytes."""
 
     sample: float
-    """Seconds of one thread for a sample, drawn and added."""
+    """Seconds of one thread to draw a sample and to add it."""
     unit: float
-    """Seconds of client and scheduler for a unit."""
+    """Seconds of client and scheduler for a unit of work."""
     deciding: float
-    """Seconds of the client for a pixel and round."""
+    """Seconds of the client to decide on a pixel, in each round."""
     developing: float
-    """Seconds of the client for a pixel, to take in all sums and to make the picture, once."""
+    """Seconds of the client to take in all sums of a pixel and to develop it, once."""
     round_bytes: float
-    """That reach the client, for a pixel and round."""
+    """Bytes that the client receives for a pixel, in each round."""
     sums_bytes: float
-    """That reach it for a pixel, once."""
+    """Bytes of the sums that the client receives for a pixel, once."""
 
 
 @dataclass(frozen=True)
 class Times:
-    """Seconds of a picture, by what is waited for."""
+    """Seconds of waiting for each part of the work on a picture."""
 
     drawing: float
-    """Workers, the last unit of each round included, while others have nothing to do."""
+    """Waiting for workers, including the last units of each round, while other workers have nothing to do."""
     scheduling: float
-    """Beyond that, the scheduler, which cannot hand out units as fast as they are drawn."""
+    """Additional waiting for the scheduler, if it cannot hand out units as fast as they are drawn."""
     deciding: float
+    """Waiting for the client to allocate rounds."""
     network: float
+    """Waiting for bytes to reach the client."""
     developing: float
+    """Waiting for the client to take in all sums and to develop the picture."""
 
     @property
     def total(self) -> float:
-        """All of them, one after the other."""
+        """Sum of all parts, which follow one another."""
         return sum(vars(self).values())
 
     @property
     def limit(self) -> str:
-        """What most of the time is waited for."""
+        """Name of the part that takes the longest."""
         return max(vars(self), key=lambda name: vars(self)[name])
 
 
 def times(constants: Constants, pixels: int, spp: int, workers: int) -> Times:
-    """Return the times of a picture with workers of one thread, all alike."""
+    """Return the times of a picture with identical workers of one thread each."""
     goals = round_goals(make_settings(spp=spp), True, pixels)
     drawing = scheduling = 0.0
     for samples in (after - before for before, after in zip([0, *goals], goals, strict=False)):
-        work = samples * constants.sample
-        most = max(MOST_SECONDS, SCHEDULER_SECONDS * workers)
-        unit = min(max(work / (UNITS_PER_WORKER * workers), LEAST_SECONDS, SCHEDULER_SECONDS * workers), most)
-        # A unit is cut no smaller than a pixel; on average half of one is waited for.
-        busy = work / workers + (unit / 2 if workers > 1 else 0.0)
-        drawing += busy
-        scheduling += max(work / unit * constants.unit - busy, 0.0)
+        thread_seconds = samples * constants.sample
+        longest_unit = max(MOST_SECONDS, SCHEDULER_SECONDS * workers)
+        unit_seconds = min(
+            max(thread_seconds / (UNITS_PER_WORKER * workers), LEAST_SECONDS, SCHEDULER_SECONDS * workers), longest_unit
+        )
+        # A unit has at least one pixel; at the end of a round, half a unit is waited for on average.
+        busy_seconds = thread_seconds / workers + (unit_seconds / 2 if workers > 1 else 0.0)
+        drawing += busy_seconds
+        scheduling += max(thread_seconds / unit_seconds * constants.unit - busy_seconds, 0.0)
     rounds = len(goals)
     return Times(
         drawing=drawing,
@@ -77,6 +82,6 @@ def times(constants: Constants, pixels: int, spp: int, workers: int) -> Times:
 
 
 def speed_up(constants: Constants, pixels: int, spp: int, workers: Sequence[int]) -> list[float]:
-    """Return how many times as fast as one worker so many are."""
+    """Return, for each number of workers, how many times as fast as one worker they are."""
     alone = times(constants, pixels, spp, 1).total
     return [alone / times(constants, pixels, spp, count).total for count in workers]

@@ -1,1 +1,1 @@
-"""All that is claimed of production features, measured: noise targets, overheads, denoising."""
+"""Benchmark of production features: noise targets, overheads of live pictures and checkpoints, limits of time."""

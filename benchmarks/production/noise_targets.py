@@ -1,4 +1,4 @@
-"""Noise targets: the error that is predicted when a render stops against the true one, and the samples it took."""
+"""Noise targets: the error predicted when a render stops, against the true error, and the samples that it took."""
 
 from __future__ import annotations
 
@@ -21,18 +21,24 @@ from tracer.study.methods import Setting
 from tracer.study.reference import make_reference
 
 TARGETS = (0.2, 0.1, 0.05)
+"""Noise targets."""
 CRITERIA = ("fused", "uniform")
+"""Criteria that are compared."""
 SEEDS = (0, 1, 2)
+"""Seeds of the renders."""
 WIDTH = 192
+"""Width of the pictures in pixels."""
 MOST_SPP = 1024
+"""Largest mean number of samples per pixel of a render."""
 REFERENCE_SPP = 4096
+"""Smallest number of samples per pixel of a reference."""
 FACTOR = 1.3
-"""Predicted and true error should be within it."""
+"""Largest factor by which predicted and true error should differ."""
 
 
 @dataclass(frozen=True)
 class Stop:
-    """One render to a noise target."""
+    """Result of a render to a noise target."""
 
     scene: str
     criterion: str
@@ -41,26 +47,28 @@ class Stop:
     stopped_by: str
     predicted: float
     true: float
-    """Error that as many pixels in fact keep within."""
+    """True error that the share of pixels of the noise target keeps within."""
     within: float
-    """Share of the pixels that in fact are within the target."""
+    """Share of the pixels whose true error is within the target."""
     spp: float
+    """Mean samples per pixel."""
     seconds: float
+    """Duration of the render."""
 
 
 def step_count() -> int:
-    """Return how many steps a scene has: its reference, and a render each."""
+    """Return the number of steps of a scene: one for its reference, and one for each render."""
     return 1 + len(TARGETS) * len(CRITERIA) * len(SEEDS)
 
 
 def true_errors(view: View, settings: Settings, image: NDArray, reference: NDArray) -> NDArray[np.float64]:
-    """Return the error of each pixel (H, W) against a reference (H, W, 3), as a noise target counts it."""
+    """Return the error of each pixel (H, W) against a reference (H, W, 3), as noise targets define it."""
     weights = objective.weights(settings.objective, view.luminance(reference), settings.exposure)
     return np.sqrt(weights * np.mean((view.rgb(image) - reference) ** 2, axis=-1))
 
 
 def stops(name: str, path: Path, announce: Announce) -> list[Stop]:
-    """Render a scene to every target."""
+    """Return the results of all renders of a scene: to every target, by every criterion and seed."""
     setting = Setting(path, size=WIDTH)
     announce(f"{name}: reference")
     reference = make_reference(setting, REFERENCE_SPP).image
@@ -76,7 +84,7 @@ def stops(name: str, path: Path, announce: Announce) -> list[Stop]:
 def stop(
     view: View, scene: str, reference: NDArray, target: float, criterion: str, seed: int, announce: Announce
 ) -> Stop:
-    """Render to a target."""
+    """Return the result of a render to a target."""
     announce(f"{scene}: to {target}, {criterion}, seed {seed}")
     settings = make_settings(spp=MOST_SPP, noise=target, criterion=criterion, seed=seed)
     result = render_request(Request(view, settings))
@@ -95,29 +103,31 @@ def stop(
     )
 
 
-def select(stops: list[Stop], **wanted: Any) -> list[Stop]:
-    """Return the renders whose fields have these values."""
-    return [stop for stop in stops if all(getattr(stop, name) == value for name, value in wanted.items())]
+def select(stops: list[Stop], **values: Any) -> list[Stop]:
+    """Return the results whose fields have the given values."""
+    return [stop for stop in stops if all(getattr(stop, name) == value for name, value in values.items())]
 
 
 def scenes_of(stops: list[Stop]) -> list[str]:
-    """Return the scenes in the order of the renders."""
+    """Return the names of the scenes in the order of the renders."""
     return list(dict.fromkeys(stop.scene for stop in stops))
 
 
 def accuracy_rows(stops: list[Stop]) -> list[list[str]]:
-    """Return a row for each scene and criterion: predicted over true error for each target, and pixels within it."""
+    """Return a row for each scene and criterion: for each target, predicted over true error, and pixels within it."""
     rows = []
     for scene in scenes_of(stops):
         for criterion in CRITERIA:
-            seeds = [select(stops, scene=scene, criterion=criterion, target=target) for target in TARGETS]
-            shares = [f"{100 * np.mean([stop.within for stop in same]):.1f}" for same in seeds]
-            rows.append([scene, criterion, *(ratio(same) for same in seeds), *shares])
+            stops_by_target = [select(stops, scene=scene, criterion=criterion, target=target) for target in TARGETS]
+            shares = [
+                f"{100 * np.mean([stop.within for stop in stops_of_seeds]):.1f}" for stops_of_seeds in stops_by_target
+            ]
+            rows.append([scene, criterion, *(ratio(stops_of_seeds) for stops_of_seeds in stops_by_target), *shares])
     return rows
 
 
 def ratio(stops: list[Stop]) -> str:
-    """Return predicted over true error: geometric mean, and least and most over seeds; bold beyond FACTOR."""
+    """Return predicted over true error as text: geometric mean, smallest and largest over seeds; bold beyond FACTOR."""
     if not stops:
         return "-"
     ratios = [stop.predicted / stop.true for stop in stops]
@@ -127,30 +137,36 @@ def ratio(stops: list[Stop]) -> str:
 
 
 def cost_rows(stops: list[Stop]) -> list[list[str]]:
-    """Return a row for each scene: samples per pixel, and seconds, until each target is met, of both criteria."""
+    """Return a row for each scene: samples per pixel, and seconds, until each target is met, for both criteria."""
     rows = []
     for scene in scenes_of(stops):
-        both = [
+        stops_by_criterion = [
             [select(stops, scene=scene, criterion=criterion, target=target) for criterion in CRITERIA]
             for target in TARGETS
         ]
-        rows.append([scene, *(pair(amount, seeds) for seeds in both), *(pair(duration, seeds) for seeds in both)])
+        rows.append(
+            [
+                scene,
+                *(pair(amount, seeds) for seeds in stops_by_criterion),
+                *(pair(duration, seeds) for seeds in stops_by_criterion),
+            ]
+        )
     return rows
 
 
-def pair(show: Callable[[list[Stop]], str], seeds: list[list[Stop]]) -> str:
-    """Return what is shown of each criterion, side by side."""
-    return " / ".join(show(stops) for stops in seeds)
+def pair(show: Callable[[list[Stop]], str], stops_by_criterion: list[list[Stop]]) -> str:
+    """Return the texts that ``show`` makes for each criterion, side by side."""
+    return " / ".join(show(stops) for stops in stops_by_criterion)
 
 
 def amount(stops: list[Stop]) -> str:
-    """Return the mean samples per pixel; with a mark where the budget ended a render before its target was met."""
+    """Return the mean samples per pixel as text, with a mark if the budget ended a render before its target was met."""
     mark = ">" if any(stop.stopped_by != "noise" for stop in stops) else ""
     return f"{mark}{np.mean([stop.spp for stop in stops]):.0f}"
 
 
 def duration(stops: list[Stop]) -> str:
-    """Return the mean seconds."""
+    """Return the mean duration in seconds as text."""
     return f"{np.mean([stop.seconds for stop in stops]):.1f}"
 
 
@@ -158,12 +174,12 @@ def draw(stops: list[Stop], path: Path) -> None:
     """Draw predicted against true errors."""
     with harness.figure(path, 5.6, 5) as figure:
         axis = figure.subplots()
-        for number, scene in enumerate(scenes_of(stops)):
+        for index, scene in enumerate(scenes_of(stops)):
             for criterion, marker in zip(CRITERIA, "ox", strict=True):
-                seeds = select(stops, scene=scene, criterion=criterion)
-                true, predicted = [stop.true for stop in seeds], [stop.predicted for stop in seeds]
+                selected_stops = select(stops, scene=scene, criterion=criterion)
+                true, predicted = [stop.true for stop in selected_stops], [stop.predicted for stop in selected_stops]
                 label = scene if marker == "o" else None
-                axis.plot(true, predicted, marker, ms=4, color=f"C{number}", label=label)
+                axis.plot(true, predicted, marker, ms=4, color=f"C{index}", label=label)
         ends = np.array([min(stop.true for stop in stops) * 0.8, max(stop.true for stop in stops) * 1.25])
         axis.loglog(ends, ends, color="black", lw=1)
         axis.fill_between(ends, ends / FACTOR, ends * FACTOR, color="black", alpha=0.1, lw=0)

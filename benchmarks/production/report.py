@@ -1,4 +1,4 @@
-"""All that is claimed of production features, measured and written."""
+"""Measure everything about production features, and write the results."""
 
 from __future__ import annotations
 
@@ -13,8 +13,11 @@ from tracer.progress import StepCallback
 from tracer.study.tables import markdown_table
 
 FIGURE = "noise.png"
+"""File name of the figure."""
 FILES = (harness.PAGE, harness.NUMBERS, FIGURE)
+"""Names of the files that this benchmark writes."""
 TIMED = ("spheres_and_rods", "window_interior")
+"""Scenes with which overheads and limits of time are measured."""
 
 
 def report(folder: Path, progress: StepCallback) -> None:
@@ -41,7 +44,7 @@ def to_page(numbers: dict[str, Any]) -> str:
     """Return the results as Markdown."""
     stops, seeds = [Stop(**stop) for stop in numbers["noise"]], len(noise_targets.SEEDS)
     targets, factor = [f"{target:g}" for target in noise_targets.TARGETS], noise_targets.FACTOR
-    good = sum(1 / factor <= stop.predicted / stop.true <= factor for stop in stops)
+    accurate_count = sum(1 / factor <= stop.predicted / stop.true <= factor for stop in stops)
     accuracy = markdown_table(
         ["scene", "criterion", *(f"to {target}" for target in targets), *(f"% within {target}" for target in targets)],
         noise_targets.accuracy_rows(stops),
@@ -72,7 +75,7 @@ that come with tracer, {noise_targets.WIDTH} pixels wide for noise, {overhead.WI
 Predicted over true error that 95 % of the pixels keep within, when the render stopped: geometric mean over
 {seeds} seeds, least and most; bold beyond a factor of {factor}. Then the percentage of pixels that are
 in fact within the target, where 95 were asked for. At most {noise_targets.MOST_SPP} spp; references of at least
-{noise_targets.REFERENCE_SPP} spp. {good} of {len(stops)} renders are within a factor of {factor}.
+{noise_targets.REFERENCE_SPP} spp. {accurate_count} of {len(stops)} renders are within a factor of {factor}.
 
 {accuracy}
 ![Predicted against true errors]({FIGURE})""",

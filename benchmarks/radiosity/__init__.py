@@ -1,1 +1,1 @@
-"""What guided rays are worth in radiosity."""
+"""Benchmark of radiosity: the gain of guided rays."""

@@ -1,6 +1,6 @@
-"""Which complexity guides best, how much of the rays it should move, and how deep hemispheres are divided for it.
+"""Which kind of complexity guides best, what share of the rays it should guide, and how deep hemispheres are divided.
 
-Everything is guided here, whether it seems worth it or not.
+All groups are guided here, whether a gain is expected or not, but for the last of ``USES``.
 """
 
 from __future__ import annotations
@@ -17,8 +17,11 @@ from tracer.radiosity.irradiance import gather
 from tracer.radiosity.lattice import evenly
 
 RAYS = 256
+"""Rays a point."""
 SEEDS = 3
+"""Number of seeds."""
 USUAL = Guidance(worth=0.0, overall=0.0)
+"""Guidance with the usual parameters that guides all groups."""
 USES = {
     "deviation": USUAL,
     "distinct": replace(USUAL, kind="distinct", threshold=4.0),
@@ -30,15 +33,16 @@ USES = {
     **{f"deviation, looks 1/{part}": replace(USUAL, look=1 / part) for part in (32, 8)},
     "deviation, where it is worth it": Guidance(),
 }
+"""Guidance of each use of complexity, by its name."""
 
 
 def step_count() -> int:
-    """Return how many steps a scene has."""
+    """Return the number of steps of a scene."""
     return len(USES)
 
 
 def uses(place: Place, announce: Announce) -> list[dict[str, Any]]:
-    """Return the gain of every use over as many rays spread evenly."""
+    """Return the gain of every use of complexity over as many evenly spread rays."""
 
     def error(irradiance: Any) -> float:
         return float(np.mean((irradiance - place.truth) ** 2))

@@ -1,4 +1,4 @@
-"""Curves of convergence, and pictures from as many rays both ways (the paper, figures 11 and 12)."""
+"""Curves of convergence, and pictures from equal numbers of even and guided rays (the paper, figures 11 and 12)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,9 @@ from tracer.core.device import upload
 from tracer.image.colour import encode_srgb
 
 SHOWN = ("evenly", "each for itself, strata", "distinct, strata", "distinct, warp", "entropy, warp", "deviation, warp")
+"""Names of the methods whose curves are drawn."""
 FEW = 256
+"""Rays a patch of the pictures that are compared."""
 
 
 def draw_curves(curves: list[Curve], path: Path) -> None:
@@ -26,9 +28,9 @@ def draw_curves(curves: list[Curve], path: Path) -> None:
         axes = figure.subplots(2, len(scenes), squeeze=False)
         for column, scene in enumerate(scenes):
             for name in SHOWN:
-                shown = [curve for curve in curves if curve.scene == scene and curve.method == name]
-                draw_errors(axes[0, column], "rays a point", [curve.traced for curve in shown], shown)
-                draw_errors(axes[1, column], "seconds", [curve.seconds for curve in shown], shown)
+                scene_curves = [curve for curve in curves if curve.scene == scene and curve.method == name]
+                draw_errors(axes[0, column], "rays a point", [curve.traced for curve in scene_curves], scene_curves)
+                draw_errors(axes[1, column], "seconds", [curve.seconds for curve in scene_curves], scene_curves)
             axes[0, column].set_title(scene)
         axes[0, 0].set_ylabel("relative error")
         axes[1, 0].set_ylabel("relative error")
@@ -36,7 +38,7 @@ def draw_curves(curves: list[Curve], path: Path) -> None:
 
 
 def draw_errors(axis: Axes, label: str, along: list[float], curves: list[Curve]) -> None:
-    """Draw the mean error of one method over seeds, and its range, ``along`` what it costs."""
+    """Draw the mean error of a method over seeds, and its range; ``along``: the cost of each curve."""
     name = curves[0].method
     errors = np.sqrt(np.array([curve.errors for curve in curves]))
     style: dict[str, Any] = {"color": "black", "linestyle": "--"} if name == "evenly" else {}
@@ -46,7 +48,7 @@ def draw_errors(axis: Axes, label: str, along: list[float], curves: list[Curve])
 
 
 def draw_both(place: Place, name: str, path: Path) -> None:
-    """Draw patches lit by few rays spread evenly, by as many that are guided, and by many."""
+    """Draw patches lit by few evenly spread rays, by as many rays of the method ``name``, and by many rays."""
     with harness.figure(path, 13, 4.8, dpi=80) as figure:
         axes = figure.subplots(1, 3)
         truth = lit(place, place.truth)
@@ -63,12 +65,12 @@ def draw_both(place: Place, name: str, path: Path) -> None:
 
 
 def method_named(name: str) -> Method:
-    """Return one of the methods."""
+    """Return the method of a name."""
     return next(method for method in METHODS if method.name == name)
 
 
 def lit(place: Place, irradiance: Floats) -> Floats:
-    """Return the radiosity (P, 3) of patches from the irradiance of those that emit nothing."""
+    """Return the radiosity (P, 3) of patches from the irradiance (N, 3) of the patches that do not emit."""
     radiosity = place.patches.emitted.copy()
     dark = place.patches.emitted.max(axis=1) == 0
     radiosity[dark] = place.patches.albedo[dark] * irradiance
@@ -76,19 +78,19 @@ def lit(place: Place, irradiance: Floats) -> Floats:
 
 
 def picture(place: Place, radiosity: Floats) -> Floats:
-    """Return what the scene's camera sees of patches (H, W, 3)."""
+    """Return a picture (H, W, 3) of the patches by the camera of the scene."""
     sensor = place.example.scene.sensors()[0]
     width, height = sensor.film().size()
-    side = 4
-    across, down = ((np.arange(count * side) + 0.5) / (count * side) for count in (width, height))
-    x, y = (upload(mi.Float, grid) for grid in np.meshgrid(across, down))
+    subpixels = 4
+    across, down = ((np.arange(count * subpixels) + 0.5) / (count * subpixels) for count in (width, height))
+    x, y = (upload(mi.Float, coordinates) for coordinates in np.meshgrid(across, down))
     ray, _ = sensor.sample_ray(0, 0.5, mi.Point2f(x, y), mi.Point2f(0.5, 0.5))
     _, radiance = place.patches.see(radiosity)(mi.Ray3f(ray.o, ray.d))
-    seen: Floats = np.array(radiance, np.float64).T.reshape(height, side, width, side, 3).mean(axis=(1, 3))
-    return seen
+    rgb: Floats = np.array(radiance, np.float64).T.reshape(height, subpixels, width, subpixels, 3).mean(axis=(1, 3))
+    return rgb
 
 
-def toned(seen: Floats, truth: Floats) -> Floats:
-    """Return a picture for the screen, as bright for one as for the other."""
+def toned(rgb: Floats, truth: Floats) -> Floats:
+    """Return a picture for the screen, with the exposure that suits ``truth``, so that pictures are comparable."""
     exposure = 0.12 * np.pi / max(float(np.median(truth[truth > 0])), 1e-30)
-    return np.clip(encode_srgb(seen * exposure), 0, 1)
+    return np.clip(encode_srgb(rgb * exposure), 0, 1)

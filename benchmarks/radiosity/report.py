@@ -1,4 +1,4 @@
-"""All that is claimed of radiosity, measured and drawn."""
+"""Measure and draw everything about radiosity."""
 
 from __future__ import annotations
 
@@ -16,15 +16,20 @@ from tracer.study.gains import Interval
 from tracer.study.tables import bounds, markdown_table
 
 FIGURES = ("convergence.png", "figure_11.png", "figure_12.png")
+"""File names of the figures."""
 FILES = (harness.PAGE, harness.NUMBERS, *FIGURES)
+"""Names of the files that this benchmark writes."""
 CORNELL, SHOWN = "Cornell box", "chandelier"
+"""Scene that is compared with paths, and scene of the pictures."""
 SOLVED = ("chandelier", "cove", "foliage")
 """Scenes of which whole solutions and pictures are made."""
 MIDDLE = 256
-"""Rays a point of the tables that show all methods."""
+"""Rays a point in the tables that show all methods."""
 BEST = "deviation, warp"
+"""Name of the method whose gains are shown for all numbers of rays."""
 
 Rows = list[dict[str, Any]]
+"""Rows of a table, as plain values by name."""
 
 
 def report(folder: Path, progress: StepCallback) -> None:
@@ -38,7 +43,7 @@ def report(folder: Path, progress: StepCallback) -> None:
     )
     curves: list[Curve] = []
     uses: Rows = []
-    whole: Rows = []
+    whole_solutions: Rows = []
     pictures: Rows = []
     for example in scenes:
         announce(f"{example.name}, truth")
@@ -49,7 +54,7 @@ def report(folder: Path, progress: StepCallback) -> None:
             figures.draw_both(place, "deviation, warp", folder / "figure_11.png")
             figures.draw_both(place, "distinct, warp", folder / "figure_12.png")
         if example.name in SOLVED:
-            whole += solutions.solutions(example, announce)
+            whole_solutions += solutions.solutions(example, announce)
             pictures.append(solutions.pictures(example, announce))
     cornell = next(example for example in scenes if example.name == CORNELL)
     paths = solutions.against_paths(cornell, announce)
@@ -60,7 +65,7 @@ def report(folder: Path, progress: StepCallback) -> None:
         "curves": [asdict(curve) for curve in curves],
         "gains": convergence.gains_over_even(curves),
         "uses": uses,
-        "solutions": whole,
+        "solutions": whole_solutions,
         "pictures": pictures,
         "paths": paths,
         "large": large,
@@ -113,7 +118,7 @@ def scenes_of(gains: Rows) -> list[str]:
 
 
 def table(headings: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
-    """Return a table of numbers."""
+    """Return a table with its numbers aligned to the right."""
     return markdown_table(headings, lines, right_aligned=True)
 
 
@@ -123,35 +128,35 @@ def interval(values: Sequence[float]) -> str:
 
 
 def gain_table(gains: Rows, kind: str) -> str:
-    """Return the gains of all methods in all scenes; ``kind``: equal_rays or equal_time."""
+    """Return a table of the gains of all methods in all scenes; ``kind``: equal_rays or equal_time."""
     scenes, methods = scenes_of(gains), dict.fromkeys(row["method"] for row in gains)
-    shown = {(row["method"], row["scene"]): interval(row[kind]) for row in gains if row["rays"] == MIDDLE}
+    cells = {(row["method"], row["scene"]): interval(row[kind]) for row in gains if row["rays"] == MIDDLE}
     return table(
-        ["", *scenes], [[method, *(shown.get((method, scene), "-") for scene in scenes)] for method in methods]
+        ["", *scenes], [[method, *(cells.get((method, scene), "-") for scene in scenes)] for method in methods]
     )
 
 
 def best_table(gains: Rows) -> str:
-    """Return the gains of the best method by number of rays."""
+    """Return a table of the gains of the best method by number of rays."""
     scenes = scenes_of(gains)
-    shown = {
+    cells = {
         (row["rays"], row["scene"]): f"{row['equal_rays'][0]:.2f} / {row['equal_time'][0]:.2f}"
         for row in gains
         if row["method"] == BEST
     }
     rays = dict.fromkeys(row["rays"] for row in gains)
-    return table(["rays", *scenes], [[str(count), *(shown[count, scene] for scene in scenes)] for count in rays])
+    return table(["rays", *scenes], [[str(count), *(cells[count, scene] for scene in scenes)] for count in rays])
 
 
 def ablation_table(uses: Rows, scenes: list[str]) -> str:
-    """Return the gains of all uses in all scenes."""
-    shown = {(row["use"], row["scene"]): f"{row['equal_rays'][0]:.2f}" for row in uses}
+    """Return a table of the gains of all uses in all scenes."""
+    cells = {(row["use"], row["scene"]): f"{row['equal_rays'][0]:.2f}" for row in uses}
     names = dict.fromkeys(row["use"] for row in uses)
-    return table(["", *scenes], [[name, *(shown.get((name, scene), "-") for scene in scenes)] for name in names])
+    return table(["", *scenes], [[name, *(cells.get((name, scene), "-") for scene in scenes)] for name in names])
 
 
 def solution_table(rows: Rows) -> str:
-    """Return gains and seconds of gathering and shooting."""
+    """Return a table of gains and seconds of gathering and shooting."""
     lines = [
         [
             f"{row['method']}, {row['scene']}",
@@ -165,7 +170,7 @@ def solution_table(rows: Rows) -> str:
 
 
 def picture_table(rows: Rows) -> str:
-    """Return gains and seconds of final gathers."""
+    """Return a table of gains and seconds of final gathers."""
     lines = [
         [row["scene"], interval(row["equal_samples"]), *(f"{seconds:.2f}" for seconds in row["seconds"])]
         for row in rows
@@ -174,7 +179,7 @@ def picture_table(rows: Rows) -> str:
 
 
 def path_table(rows: Rows) -> str:
-    """Return by how much pictures of smaller and smaller patches differ from those of paths."""
+    """Return a table of the differences between pictures of smaller and smaller patches and pictures of paths."""
     lines = [
         [
             f"{row['size']:g}",
@@ -188,7 +193,7 @@ def path_table(rows: Rows) -> str:
 
 
 def large_table(large: dict[str, Any]) -> str:
-    """Return what a solution of many patches takes."""
+    """Return a table of the cost of a solution of many patches."""
     line = [
         CORNELL,
         str(large["patches"]),

@@ -1,1 +1,1 @@
-"""What is claimed of views: how fast they are measured, how good the searches and estimates are."""
+"""Benchmark of views: how fast views are measured, and how good searches and estimates are."""

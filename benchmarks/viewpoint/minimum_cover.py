@@ -1,4 +1,4 @@
-"""The fewest views there can be: the exact answer that a greedy view set is judged by."""
+"""The smallest set of views, found exactly, by which greedy view sets are judged."""
 
 from __future__ import annotations
 
@@ -16,34 +16,38 @@ Integers = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Fewest:
-    """A smallest set of views."""
+    """The smallest set of views that was found, and a bound."""
 
     chosen: Integers
-    """(N,): numbers of the views; empty if none was found in time."""
+    """(N,): numbers of the views; empty if no set was found in time."""
     least: int
-    """No set is smaller than this: the size of ``chosen`` if the search came to its end."""
+    """Lower bound for the size of a set; it is the size of ``chosen`` if the search was completed."""
 
 
 def fewest_views(shown: NDArray[np.bool_], weights: Floats, enough: float = 1.0, seconds: float = 60.0) -> Fewest:
     """Return the fewest views that show a share ``enough`` of the weight of surfaces, by integer programming.
 
-    ``shown`` (V, Z): which view shows which surface well; ``weights`` (Z,): true areas. With x_v = 1 if view v is
-    taken and y_z <= 1 how far surface z is shown: least sum x_v such that y_z <= sum of x_v over views that show z, and
-    sum w_z y_z >= enough sum w_z. Surfaces that the same views show are one.
+    ``shown`` (V, Z): whether each view shows each surface well; ``weights`` (Z,): true areas. ``seconds``: limit of
+    time. With x_v = 1 if view v is taken, and y_z <= 1 how far surface z is shown, it minimises sum x_v such that
+    y_z <= sum of x_v over the views that show z, and sum w_z y_z >= enough sum w_z. Surfaces that the same views show
+    are merged.
     """
     seen = shown.any(axis=0) & (weights > 0)
     patterns, group = np.unique(shown[:, seen], axis=1, return_inverse=True)
-    mass = np.bincount(group.reshape(-1), weights[seen])
-    views, count = patterns.shape
-    if not count:
+    pattern_weights = np.bincount(group.reshape(-1), weights[seen])
+    views, pattern_count = patterns.shape
+    if not pattern_count:
         return Fewest(np.zeros(0, np.int64), 0)
-    covers = hstack([csr_matrix(patterns.T.astype(float)), -identity(count)], format="csr")
-    total = csr_matrix(np.concatenate([np.zeros(views), mass / mass.sum()])[None])
+    cover_constraint = hstack([csr_matrix(patterns.T.astype(float)), -identity(pattern_count)], format="csr")
+    weight_constraint = csr_matrix(np.concatenate([np.zeros(views), pattern_weights / pattern_weights.sum()])[None])
     solution = milp(
-        np.concatenate([np.ones(views), np.zeros(count)]),
-        integrality=np.concatenate([np.ones(views), np.zeros(count)]),
+        np.concatenate([np.ones(views), np.zeros(pattern_count)]),
+        integrality=np.concatenate([np.ones(views), np.zeros(pattern_count)]),
         bounds=Bounds(0, 1),
-        constraints=[LinearConstraint(covers, 0, np.inf), LinearConstraint(total, enough - 1e-9, np.inf)],
+        constraints=[
+            LinearConstraint(cover_constraint, 0, np.inf),
+            LinearConstraint(weight_constraint, enough - 1e-9, np.inf),
+        ],
         options={"time_limit": seconds},
     )
     bound = 0.0 if solution.mip_dual_bound is None else float(solution.mip_dual_bound)

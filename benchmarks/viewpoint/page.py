@@ -11,8 +11,9 @@ from benchmarks import harness
 from tracer.study.tables import markdown_table
 
 Rows = list[dict[str, Any]]
+"""Rows of a table, as plain values by name."""
 SHOWN = {"measures": "best_and_worst.png", "tour": "tour.webp", "cover": "views.png", "map": "map.png"}
-"""The picture of each kind of folder, by the first word of the folder's name."""
+"""File name of the picture that is shown of a folder, by the first word of the folder's name."""
 
 
 def to_page(sections: dict[str, Any]) -> str:
@@ -35,7 +36,7 @@ Entropy with background, 12 views; the scene by shapes:
 
 
 def rate(numbers: dict[str, Any]) -> str:
-    """Return how fast the item buffer is."""
+    """Return the section on the speed of the item buffer."""
     per_second, share = numbers["million rays per second"], numbers["share of the rate of intersections"]
     lines = [[name, f"{seconds:.2f}", f"{per_second[name]:.1f}"] for name, seconds in numbers["seconds"].items()]
     return f"""
@@ -46,7 +47,7 @@ The item buffer has {100 * share:.0f} % of the rate of intersections alone."""
 
 
 def searches(rows: Rows) -> str:
-    """Return how near searches come to the best view, by measure, with means over subjects."""
+    """Return the section on how near searches come to the best view, by measure, with means over subjects."""
     subjects = list(dict.fromkeys(row["subject"] for row in rows))
     names = dict.fromkeys(row["measure"] for row in rows)
     lines = [
@@ -61,7 +62,7 @@ Value reached over {len(subjects)} subjects ({", ".join(subjects)}), as a share 
 
 
 def reached_cells(rows: Rows) -> list[str]:
-    """Return for each search the mean and the least of what it reached, and the mean number of views."""
+    """Return a cell for each search: mean and smallest value that it reached, and mean number of views."""
     cells = []
     for search in ("paper", "octants", "exhaustive"):
         reached = np.array([row["reached"][search] for row in rows])
@@ -71,11 +72,11 @@ def reached_cells(rows: Rows) -> list[str]:
 
 
 def view_sets(rows: Rows) -> str:
-    """Return the sizes of view sets."""
+    """Return the section on the sizes of view sets."""
     lines = []
     for row in rows:
-        reached, least = row["found exactly"], row["least"]  # 0: no set was found in time
-        fewest = f"at least {least}" if not reached else str(least) if reached == least else f"{least} to {reached}"
+        size, bound = row["found exactly"], row["least"]  # 0: no set was found in time
+        fewest = f"at least {bound}" if not size else str(bound) if size == bound else f"{bound} to {size}"
         counts = [str(row[rule]) for rule in ("entropy", "area", "divergence")]
         lines.append([row["subject"], f"{100 * row['enough']:.0f} %", *counts, fewest])
     return f"""
@@ -86,7 +87,7 @@ by integer programming within a minute.
 
 
 def convergence_table(subjects: dict[str, Rows]) -> str:
-    """Return the errors of the fast estimate by number of rays."""
+    """Return a table of the errors of the fast estimate by number of rays."""
     headings = ["", "random rays", "error, bits", "uncorrected", "standard error"]
     headings += ["within 1.96 of them", "surfaces hit once"]
     lines = [
@@ -103,7 +104,7 @@ def convergence_table(subjects: dict[str, Rows]) -> str:
 
 
 def molecule_table(rows: Rows) -> str:
-    """Return the best views of molecules by each search."""
+    """Return a table of the best views of molecules by each search."""
     headings = ["file", "atoms", "entropy wanted", "search", "view", "bits", "views"]
     lines = [[row["file"], str(row["atoms"]), row["good"], *line[:4]] for row in rows for line in row["lines"]]
     return markdown_table(headings, lines)

@@ -1,4 +1,4 @@
-"""All that is claimed of views, measured and drawn: rate, searches, view sets, convergence, molecules, pictures."""
+"""Measure and draw everything about views: rate, searches, view sets, convergence, molecules, pictures."""
 
 from __future__ import annotations
 
@@ -34,38 +34,44 @@ from tracer.viewpoint.source import Crystal, Opened, open_source
 from tracer.viewpoint.survey import survey
 
 FILES = (harness.PAGE, harness.NUMBERS)
+"""Names of the files that this benchmark writes, beside folders of pictures."""
 MESHES = {
     "bunny.ply": (0.0, 1.0, 0.0),
     "spot.obj": (0.0, 1.0, 0.0),
     "suzanne.ply": (0.0, 0.0, 1.0),
     "teapot.ply": (0.0, 0.0, 1.0),
 }
-"""And what is upwards in each."""
+"""Upward direction of each mesh, by the name of its file."""
 CRYSTALS = ("C-Graphite.cif", "C-Diamond.cif", "NaCl-Halite.cif")
+"""Files of the crystals that are measured."""
 MOLECULES = ("C60-buckminsterfullerene.cml", "PCBM.cml")
+"""Files of the molecules that are measured."""
 RATE_SIDE, RATE_LEVEL = 640, 3
-"""The protocol of the survey: 642 views of 640 x 640."""
+"""Rays along each side of a view, and level of the view sphere, for the rate: the survey has 642 views of 640 x 640."""
 SEARCH_SIDE, SEARCH_LEVEL = 96, 2
+"""Rays along each side of a view, and level of the view sphere, for searches."""
 SHOWN_MEASURES = ("entropy", "mutual_information", "silhouette_length", "visible_saliency")
-"""Of the sheets of pictures."""
+"""Measures that the sheet of pictures shows."""
 COVERED, ENOUGH = ("teapot.ply", "spot.obj"), (0.9, 0.95)
-"""Meshes of view sets, and the shares of the area that they show well."""
+"""Meshes of view sets, and the shares of the area that the view sets show well."""
 QUALITY = 0.5
-"""Share of its largest area at which a face is shown well, in view sets."""
+"""Share of its largest projected area above which a face is shown well, in view sets."""
 COVER_SIDE = 256
-"""Rays along each side of a view of view sets."""
+"""Rays along each side of a view, for view sets."""
 TRUTH_SIDE = 2048
-"""And of one whose entropy the fast estimate is compared with."""
+"""Rays along each side of a view, for the entropy that the fast estimate is compared with."""
 NUMBERS_OF_RAYS = (100, 400, 1600, 6400, 25600, 102400)
+"""Numbers of random rays of the fast estimate."""
 FEW_SURFACES = "spheres_and_rods.xml"
-"""What the fast estimate is shown on, beside a mesh of many faces."""
+"""Scene of few surfaces for the fast estimate, beside a mesh of many faces."""
 SEEDS = 20
+"""Number of seeds of the fast estimate."""
 
 
 def report(folder: Path, progress: StepCallback, public: Path) -> None:
     """Measure everything, and write ``FILES`` and pictures; ``public`` has the folders ``meshes`` and ``molecules``.
 
-    Scenes in its folder ``scenes`` are searched, too. Raises KeyboardInterrupt if ``progress`` stops it.
+    Scenes in the folder ``scenes`` of ``public`` are searched too. Raises KeyboardInterrupt if ``progress`` stops it.
     """
     opened = {path: replace(open_source(public / "meshes" / path), up=up) for path, up in MESHES.items()}
     opened |= {path.name: open_source(path, "shape") for path in harness.bundled_scenes()}
@@ -86,19 +92,21 @@ def report(folder: Path, progress: StepCallback, public: Path) -> None:
 
 
 def rate(opened: Opened, announce: Announce) -> dict[str, Any]:
-    """Return seconds and rays per second of the item buffer, and of nothing but intersections of the same rays."""
+    """Return seconds and rays per second of the item buffer, and of the intersections alone of the same rays."""
     announce("rate")
     subject, place = opened.subject, stand(opened.subject)
     views, rays = place.viewpoints(icosphere(RATE_LEVEL)[0]), Rays(side=RATE_SIDE)
-    size = max(1, MOST_RAYS // rays.count(place.lens))
+    batch_size = max(1, MOST_RAYS // rays.count(place.lens))
 
     def item_buffer() -> None:
         for _ in projected_areas(subject, views, place.lens, rays):
             pass
 
     def intersections() -> None:
-        for first in range(0, len(views), size):
-            batch = trace(subject, views[first : first + size], place.lens, rays, first, 0, rays.count(place.lens))
+        for first in range(0, len(views), batch_size):
+            batch = trace(
+                subject, views[first : first + batch_size], place.lens, rays, first, 0, rays.count(place.lens)
+            )
             dr.eval(batch.hit, batch.depth)
             dr.sync_thread()
 
@@ -109,17 +117,17 @@ def rate(opened: Opened, announce: Announce) -> dict[str, Any]:
             run()
             seconds[name].append(time.perf_counter() - start)
     count = len(views) * rays.count(place.lens)
-    shortest = {name: min(times[1:]) for name, times in seconds.items()}  # the first compiles
+    shortest = {name: min(times[1:]) for name, times in seconds.items()}  # the first run compiles
     return {
         "what": f"{len(views)} views of {RATE_SIDE} x {RATE_SIDE} of bunny.ply, {subject.count} faces",
         "seconds": shortest,
-        "million rays per second": {name: count / taken / 1e6 for name, taken in shortest.items()},
+        "million rays per second": {name: count / duration / 1e6 for name, duration in shortest.items()},
         "share of the rate of intersections": shortest["intersections only"] / shortest["item buffer"],
     }
 
 
 def measured_pairs(opened: dict[str, Opened]) -> list[tuple[str, str]]:
-    """Return subjects and the measures that can be taken of them: some need a mesh."""
+    """Return all pairs of a subject and a measure that it allows: some measures need a mesh."""
     return [
         (file, name)
         for file, source in opened.items()
@@ -131,9 +139,9 @@ def measured_pairs(opened: dict[str, Opened]) -> list[tuple[str, str]]:
 def searches(
     opened: dict[str, Opened], pairs: list[tuple[str, str]], folder: Path, announce: Announce
 ) -> list[dict[str, Any]]:
-    """Return for each subject and measure what the searches reach: 0 the worst view of 162, 1 the best known."""
+    """Return what each search reaches, by subject and measure: 0 is the worst of 162 views, 1 the best known view."""
     rows = []
-    ways: dict[str, Callable[[Valued], Found]] = {
+    search_functions: dict[str, Callable[[Valued], Found]] = {
         "paper": paper_search,
         "octants": partial(paper_search, all_octants=True),
         "exhaustive": partial(exhaustive_search, level=SEARCH_LEVEL),
@@ -141,22 +149,22 @@ def searches(
     for file, name in pairs:
         announce(f"searches: {file}, {name}")
         gauge = context_of(opened[file], folder, SEARCH_SIDE).gauge(name)
-        all_around = gauge.better(icosphere(SEARCH_LEVEL)[0])
+        values_around = gauge.better(icosphere(SEARCH_LEVEL)[0])
         best, views = {}, {}
-        for search, run in ways.items():
-            before = gauge.evaluations
+        for search, run in search_functions.items():
+            evaluations_before = gauge.evaluations
             best[search] = run(gauge.better).value
-            views[search] = gauge.evaluations - before
-        most = max(float(all_around.max()), *best.values())
-        finite = all_around[np.isfinite(all_around)]
-        span = most - float(finite.min()) if len(finite) else 0.0
-        reached = {search: (value - most) / span + 1 if span > 0 else 1.0 for search, value in best.items()}
+            views[search] = gauge.evaluations - evaluations_before
+        best_value = max(float(values_around.max()), *best.values())
+        finite_values = values_around[np.isfinite(values_around)]
+        span = best_value - float(finite_values.min()) if len(finite_values) else 0.0
+        reached = {search: (value - best_value) / span + 1 if span > 0 else 1.0 for search, value in best.items()}
         rows.append({"subject": file, "measure": name, "reached": reached, "views": views})
     return rows
 
 
 def view_sets(opened: dict[str, Opened], announce: Announce) -> list[dict[str, Any]]:
-    """Return how many views each greedy rule takes, and the fewest that there can be."""
+    """Return the number of views that each greedy rule takes, and the smallest number possible."""
     rows = []
     for file, enough in itertools.product(COVERED, ENOUGH):
         announce(f"view sets: {file}, {100 * enough:g} %")
@@ -183,7 +191,7 @@ def view_sets(opened: dict[str, Opened], announce: Announce) -> list[dict[str, A
 
 
 def convergence(opened: dict[str, Opened], folder: Path, announce: Announce) -> dict[str, list[dict[str, Any]]]:
-    """Return the error of the entropy from random rays, and how often its interval holds it, by subject."""
+    """Return the error of the entropy from random rays, and how often its interval holds the truth, by subject."""
     announce("convergence")
     tables = {file: errors(opened[file]) for file in (FEW_SURFACES, "bunny.ply")}
     with harness.figure(folder / "convergence.png", 4.2 * len(tables), 3.6) as figure:
@@ -222,38 +230,38 @@ def errors(opened: Opened) -> list[dict[str, Any]]:
 
 
 def molecules(public: Path, folder: Path, announce: Announce) -> list[dict[str, Any]]:
-    """Return the best view of crystals (least entropy) and molecules (most), their pictures written."""
+    """Return the best views of crystals (least entropy) and of molecules (most entropy), and write their pictures."""
     rows = []
     for file in (*CRYSTALS, *MOLECULES):
         announce(f"molecules: {file}")
         crystal = Crystal(cut=7.0, radius=0.77) if file in CRYSTALS else None
         source = open_source(public / file, crystal=crystal)
-        place = folder / Path(file).stem
-        place.mkdir(exist_ok=True)
-        lines = best(context_of(source, place, 160), "entropy", ["paper", "exhaustive"], 3)
-        good = "least" if source.crystal else "most"
-        rows.append({"file": file, "atoms": source.subject.count, "good": good, "lines": lines})
+        subject_folder = folder / Path(file).stem
+        subject_folder.mkdir(exist_ok=True)
+        lines = best(context_of(source, subject_folder, 160), "entropy", ["paper", "exhaustive"], 3)
+        extreme = "least" if source.crystal else "most"
+        rows.append({"file": file, "atoms": source.subject.count, "good": extreme, "lines": lines})
     return rows
 
 
 def pictures(opened: dict[str, Opened], folder: Path, announce: Announce) -> list[str]:
     """Draw measures, a tour, a map and a view set; return the names of their folders."""
-    drawn = []
+    folder_names = []
     for name, (file, draw) in DRAWINGS.items():
         if file not in opened:
             continue
         announce(f"pictures: {name}")
-        place = folder / name
-        place.mkdir(exist_ok=True)
-        draw(context_of(opened[file], place, 256))
-        for frame in place.glob("frame*.png"):
-            frame.unlink()  # the film has them
-        drawn.append(name)
-    return drawn
+        picture_folder = folder / name
+        picture_folder.mkdir(exist_ok=True)
+        draw(context_of(opened[file], picture_folder, 256))
+        for frame in picture_folder.glob("frame*.png"):
+            frame.unlink()  # the film of the tour has all frames
+        folder_names.append(name)
+    return folder_names
 
 
 def own_map(context: ViewContext) -> None:
-    """Draw the complexity of what the scene's own camera sees."""
+    """Draw the complexity map of the view of the scene's own camera."""
     view, lens = view_from(context, 0, None)
     complexity_map(replace(context, stand=replace(context.stand, lens=lens)), view, "entropy", 32, 3)
 
@@ -264,10 +272,10 @@ DRAWINGS: dict[str, tuple[str, Callable[[ViewContext], object]]] = {
     "map-staircase2": ("staircase2", own_map),
     "cover-teapot": ("teapot.ply", lambda context: cover_report(context, 2, 0.5, "entropy", None, 0.98)),
 }
-"""Of what, and how, the folders of pictures are drawn."""
+"""For each folder of pictures, the subject that is drawn and the function that draws it."""
 
 
 def context_of(opened: Opened, folder: Path, side: int) -> ViewContext:
-    """Return a context with everything as the commands have it unless told otherwise; steps within it are not shown."""
+    """Return a context with the defaults of the commands; steps within it are not shown."""
     place = stand(opened.subject, up=opened.up, orthographic=opened.orthographic)
     return ViewContext(opened, place, Rays(side=side), True, folder, lambda *_: None)

@@ -1,8 +1,9 @@
-"""The command line: one file per command, thin: parse, call, print.
+"""The command line: a file for each command, which only parses, calls and prints.
 
-Exit codes: 0 done; 1 a study of which a part failed; 2 a mistake that can be mended, said in one sentence; 3 Mitsuba
-crashed; 4 a cluster failed, or is not there; 5 a file could not be written when it was made, as on a full disk; 130
-stopped by Ctrl-C (SIGINT), 143 by SIGTERM, with what there was written; 137 killed, as if memory runs out.
+Exit codes: 0 done; 1 some cells of a study failed; 2 a mistake that the user can mend, explained in one sentence; 3
+Mitsuba crashed; 4 a cluster failed, or cannot be reached; 5 a finished file could not be written, for instance to a
+full disk; 130 stopped by Ctrl-C (SIGINT) and 143 by SIGTERM, after writing the results so far; 137 killed, for
+instance because memory ran out.
 """
 
 from __future__ import annotations
@@ -16,19 +17,19 @@ from tracer.errors import TracerError
 
 
 def main() -> None:
-    """Run the program so that a crash of it is one sentence, too."""
+    """Run the program so that even a crash is reported in one sentence."""
     guarded(run)
 
 
 def run() -> None:
-    """Run the program."""
+    """Run the program in this process."""
     from tracer.cli.app import app
 
     in_one_sentence(lambda: app(args=repeat_option(sys.argv[1:], "--spp")))
 
 
 def in_one_sentence(work: Callable[[], None]) -> None:
-    """Run ``work``; a person's mistake is one sentence on standard error and an exit code."""
+    """Run ``work``, and report a user's mistake as one sentence on standard error and an exit code."""
     from tracer.cli import signals
 
     try:
@@ -43,7 +44,7 @@ def in_one_sentence(work: Callable[[], None]) -> None:
 
 
 def repeat_option(arguments: list[str], option: str) -> list[str]:
-    """Return ``arguments`` with "--spp 16 64" written out as "--spp 16 --spp 64", which the parser understands."""
+    """Return ``arguments`` with "--spp 16 64" expanded to "--spp 16 --spp 64", which the parser understands."""
     expanded: list[str] = []
     follows = False
     for argument in arguments:

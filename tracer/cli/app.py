@@ -31,7 +31,7 @@ app = typer.Typer(
 
 
 def after_check(command: Callable[..., None]) -> Callable[..., None]:
-    """Let a command run only with a usable LLVM: Dr.Jit loads the library as soon as it is imported."""
+    """Return the command with a check for a usable LLVM before it: Dr.Jit loads LLVM as soon as it is imported."""
 
     @functools.wraps(command)
     def checked(*arguments: Any, **options: Any) -> None:
@@ -52,6 +52,7 @@ COMMANDS = (
     demo.demo,
     info.info,
 )
+"""All commands but those of ``view``."""
 for function in COMMANDS:
     app.command()(after_check(function))
 for name, viewing in view.COMMANDS.items():

@@ -12,11 +12,11 @@ import typer
 from tracer.cli import options
 
 REFERENCE_FACTOR = 64
-"""A reference takes at most this many times the samples of the largest budget, unless told."""
+"""Largest number of samples of a reference, as a multiple of the largest budget, unless it is given."""
 
 
 STOCK = ("independent", "multijitter")
-"""Samplers of plain ``mi.render``."""
+"""Samplers with which plain ``mi.render`` is measured."""
 
 
 def compare(
@@ -48,7 +48,7 @@ def compare(
     from tracer.study.toml_location import Origin
 
     spps = spp or [64]
-    place = {"sensor": sensor} | ({"integrator": integrator} if integrator else {})
+    scene_settings = {"sensor": sensor} | ({"integrator": integrator} if integrator else {})
     criteria = list(dict.fromkeys(["uniform", *(criterion or ["fused"])]))
     plan = make_plan(
         {
@@ -58,7 +58,7 @@ def compare(
             "seeds": seeds,
             "first_seed": first_seed,
             "reference_spp": max(REFERENCE_FACTOR * max(spps), 16) if reference_spp is None else reference_spp,
-            "scenes": [{"path": str(scene), **place} for scene in scenes],
+            "scenes": [{"path": str(scene), **scene_settings} for scene in scenes],
             "methods": [
                 *({"name": name, "criterion": name, "objective": objective} for name in criteria),
                 *({"name": f"mi.render {name}", "sampler": name, "objective": objective} for name in STOCK),
@@ -76,7 +76,7 @@ def compare(
 
 
 def plan_name(scenes: list[Path]) -> str:
-    """Return a name that another set of scenes does not have: a folder holds one study."""
+    """Return a name for the study that is different for every set of scenes, because a folder holds only one study."""
     from tracer.study.plan import scene_name
 
     return re.sub(r"[^\w.+() -]", "_", f"compare {' '.join(scene_name(scene) for scene in scenes)}")

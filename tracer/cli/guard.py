@@ -1,7 +1,7 @@
-"""Run the program in a child process: where Mitsuba aborts on a scene or hangs, or memory runs out, a person reads why.
+"""Run the program in a child process, so that a person reads why if Mitsuba aborts or hangs, or memory runs out.
 
-The child is forked before anything large is imported, which takes a millisecond and changes nothing else: it has the
-same terminal and files. Set TRACER_FORK=0 to run in one process, for a debugger.
+The child is forked before anything large is imported, which takes a millisecond. It has the same terminal and files.
+Set TRACER_FORK=0 to run in a single process, for a debugger.
 """
 
 from __future__ import annotations
@@ -23,18 +23,20 @@ from tracer.errors import SettingsError
 CRASHED = 3
 """Exit code when Mitsuba has crashed."""
 CRASHES = ("SIGSEGV", "SIGABRT", "SIGBUS", "SIGFPE", "SIGILL", "SIGTRAP")
+"""Names of the signals that end a crashed process."""
 GRACE_SECONDS = 25.0
-"""From SIGTERM until a program that has not ended is killed: within the 30 seconds that Slurm and Kubernetes give."""
+"""Seconds from SIGTERM until a program that has not ended is killed; Slurm and Kubernetes give it 30 seconds."""
 GRACE_VARIABLE = "TRACER_GRACE"
-"""Names other seconds in the environment."""
+"""Environment variable that gives a number of seconds in place of ``GRACE_SECONDS``."""
 AT_ONCE_SECONDS = 5.0
-"""The same from a second signal, which asks for no picture: time to let workers go."""
+"""Seconds from a second signal until the program is killed: time to release workers, but not to write a picture."""
 
 
 def guarded(work: Callable[[], None]) -> None:
-    """Run ``work`` in a child process where there is fork, and exit as it does.
+    """Run ``work`` in a child process where the system can fork, and exit with its exit code.
 
-    A child that has not ended some time after SIGTERM is killed: code of Mitsuba that waits for ever hears no signal.
+    A child that has not ended some time after SIGTERM is killed, because code of Mitsuba that hangs reacts to no other
+    signal.
     """
     if not hasattr(os, "fork") or os.environ.get("TRACER_FORK") == "0":
         work()
@@ -45,7 +47,7 @@ def guarded(work: Callable[[], None]) -> None:
         sys.stderr.write(f"tracer: {error}\n")
         sys.exit(error.exit_code)
     parent = os.getpid()
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, PASSED_ON)  # until there is somebody to pass them on
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, PASSED_ON)  # until the guard can pass them on
     child = os.fork()
     if child == 0:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
@@ -53,8 +55,8 @@ def guarded(work: Callable[[], None]) -> None:
         work()
         return
     guard = Guard(child, seconds)
-    for number in PASSED_ON:
-        signal.signal(number, guard.pass_on)
+    for signal_number in PASSED_ON:
+        signal.signal(signal_number, guard.pass_on)
     signal.signal(signal.SIGALRM, guard.kill)
     signal.pthread_sigmask(signal.SIG_SETMASK, before)
     _, status = os.waitpid(child, 0)
@@ -62,45 +64,50 @@ def guarded(work: Callable[[], None]) -> None:
 
 
 def grace() -> float:
-    """Return the seconds that a program has after SIGTERM. Raises SettingsError."""
-    said = os.environ.get(GRACE_VARIABLE) or str(GRACE_SECONDS)
+    """Return the seconds from SIGTERM until a program is killed. Raises SettingsError for a variable that is wrong."""
+    text = os.environ.get(GRACE_VARIABLE) or str(GRACE_SECONDS)
     try:
-        seconds = float(said)
+        seconds = float(text)
     except ValueError:
         seconds = math.nan
     if not 0 < seconds < math.inf:
-        raise SettingsError(f"{GRACE_VARIABLE} is a number of seconds above 0, not '{said}'.")
+        raise SettingsError(f"{GRACE_VARIABLE} is a number of seconds above 0, not '{text}'.")
     return seconds
 
 
 class Guard:
-    """Passes signals on to a child process, and sees to it that it ends."""
+    """Passes signals on to a child process, and makes sure that the child ends."""
 
     def __init__(self, child: int, seconds: float) -> None:
-        """``seconds``: from SIGTERM until it is killed."""
+        """Guard process number ``child``, which is killed ``seconds`` after SIGTERM."""
         self.child, self.seconds = child, seconds
         self.first: int | None = None
-        """The first signal, which the exit code tells."""
+        """The first signal, from which the exit code follows."""
         self.last = -math.inf
+        """Time of the last signal, in seconds."""
         self.killed = False
+        """Whether the child has been killed because its time was over."""
 
-    def pass_on(self, number: int, frame: Any) -> None:
+    def pass_on(self, signal_number: int, frame: Any) -> None:
         """Send a signal to the child, and set the time by which it must have ended."""
         repeated = self.first is not None and time.monotonic() - self.last > REPEATED_SECONDS
-        self.first, self.last = self.first or number, time.monotonic()
+        self.first, self.last = self.first or signal_number, time.monotonic()
         if repeated:
             signal.setitimer(signal.ITIMER_REAL, AT_ONCE_SECONDS)
-        elif number == signal.SIGTERM:  # nobody may be there to say it twice
+        elif signal_number == signal.SIGTERM:  # a batch system may not send a second signal
             signal.setitimer(signal.ITIMER_REAL, self.seconds)
-        send(self.child, number)
+        send(self.child, signal_number)
 
-    def kill(self, number: int, frame: Any) -> None:
-        """Kill the child: its time is over."""
+    def kill(self, signal_number: int, frame: Any) -> None:
+        """Kill the child, because its time is over."""
         self.killed = True
         send(self.child, signal.SIGKILL)
 
     def exit_code(self, status: int) -> int:
-        """Return the exit code for the ``status`` with which the child ended; say why if it did not exit by itself."""
+        """Return the exit code for the ``status`` with which the child ended.
+
+        If the child did not exit by itself, the reason is written to standard error.
+        """
         if os.WIFEXITED(status):
             return os.WEXITSTATUS(status)
         if not self.killed or self.first is None:
@@ -112,21 +119,21 @@ class Guard:
         return 128 + self.first
 
 
-def send(process: int, number: int) -> None:
+def send(process: int, signal_number: int) -> None:
     """Send a signal to a process."""
-    with contextlib.suppress(ProcessLookupError):  # it has ended, which is all that a signal could bring about
-        os.kill(process, number)
+    with contextlib.suppress(ProcessLookupError):  # the process has ended already, as a signal would have it
+        os.kill(process, signal_number)
 
 
-def explain(number: int) -> int:
-    """Say why the child was ended by a signal; return the exit code."""
-    name = signal.Signals(number).name
+def explain(signal_number: int) -> int:
+    """Write to standard error why a signal ended the child, and return the exit code."""
+    name = signal.Signals(signal_number).name
     if name in CRASHES:
         sys.stderr.write(
             f"tracer: Mitsuba crashed ({name}), most likely over something in the scene that it does not check; "
             "files and checkpoints are as they were last written.\n"
         )
         return CRASHED
-    if number == signal.SIGKILL:
+    if signal_number == signal.SIGKILL:
         sys.stderr.write("tracer: killed, most likely as memory ran out; render less at once: see --size and --crop.\n")
-    return 128 + number
+    return 128 + signal_number

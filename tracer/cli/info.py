@@ -6,7 +6,7 @@ import typer
 
 
 def info() -> None:
-    """Print what a bug report needs: versions, the LLVM file, variant, threads, where the bundled scenes are.
+    """Print what a bug report needs: versions, the LLVM file, variant, threads and the folder of the bundled scenes.
 
     Example: tracer info
     """

@@ -28,7 +28,7 @@ def merge(
     from tracer.session.output import chosen_layers, write_result
 
     atomic.check_output(output, overwrite)
-    chosen = chosen_layers(layers)
+    layer_choice = chosen_layers(layers)
     if checkpoint is not None:
         atomic.check_output(checkpoint, overwrite, suffixes=())
 
@@ -36,9 +36,9 @@ def merge(
     from tracer.session.merge import merge as merge_files
     from tracer.session.output import metadata
 
-    result, whole = merge_files(checkpoints, checkpoint)
-    own = {**metadata(result, whole.identity["scene"]), "sources": whole.sources}
-    write_result(output, result, own, chosen)
+    result, merged = merge_files(checkpoints, checkpoint)
+    entries = {**metadata(result, merged.identity["scene"]), "sources": merged.sources}
+    write_result(output, result, entries, layer_choice)
     if as_json:
         typer.echo(json.dumps({"output": str(output), **summary(result)}))
     elif not quiet:

@@ -9,7 +9,7 @@ import typer
 
 
 class Panel:
-    """Headings of the help of ``render``."""
+    """Headings under which the help of ``render`` groups its options."""
 
     STOP = "When to stop, and how to go on"
     WHERE = "Where the samples go"
@@ -31,7 +31,7 @@ def objective_names() -> list[str]:
 
 
 def given(context: typer.Context) -> dict[str, Any]:
-    """Return the values that a command was given, without its defaults, by the names of its parameters."""
+    """Return the values that were given on the command line, without defaults, by the names of the parameters."""
 
     def is_given(name: str) -> bool:
         source = context.get_parameter_source(name)
@@ -51,7 +51,7 @@ Workers = Annotated[
 Scheduler = Annotated[
     str | None, typer.Option(help="Address of a Dask scheduler, or its file.", rich_help_panel=Panel.WHO)
 ]
-Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")]
 Layers = Annotated[
     str | None, typer.Option(help="What the EXR holds: all, or rgb, as textures and environments are. (all)")
 ]

@@ -1,4 +1,4 @@
-"""Progress bars that Ctrl-C stops without loss."""
+"""Progress bars for work that Ctrl-C stops without loss."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from tracer.progress import Progress as Passed
 
 
 class TimeLeft(TimeRemainingColumn):
-    """The seconds that whoever does the work expects; else those that the bar's own pace lets expect."""
+    """Column with the time left: as the work itself estimates it, or else as the pace of the bar suggests."""
 
     def render(self, task: Task) -> Text:
-        """Return the time as 0:01:23."""
-        left = task.fields.get("left")
-        return super().render(task) if left is None else Text(str(timedelta(seconds=round(left))))
+        """Return the time left, in the form 0:01:23."""
+        seconds_left = task.fields.get("left")
+        return super().render(task) if seconds_left is None else Text(str(timedelta(seconds=round(seconds_left))))
 
 
 class Steps:
-    """A bar for work in named steps; calling it moves the bar, and returns False once the work should stop."""
+    """A progress bar for work in named steps. A call moves the bar, and returns False once the work should stop."""
 
     def __init__(self, quiet: bool, stopped: Callable[[], bool]) -> None:
         columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeLeft())
@@ -34,28 +34,28 @@ class Steps:
         self.stopped = stopped
 
     def __call__(self, description: str, done: float, total: float, left: float | None = None) -> bool:
-        """Show that ``done`` of ``total`` steps are done; ``left``: seconds to the end, if that is known better."""
+        """Show that ``done`` of ``total`` steps are done; ``left``: seconds to the end, if the work estimates them."""
         if not self.bar.live.is_started:
-            self.bar.start()  # not before: a mistake found while loading is then the only thing printed
+            self.bar.start()  # not earlier, so that a mistake found while loading is the only thing printed
         if done < self.bar.tasks[0].completed:
             self.bar.reset(self.task)
         self.bar.update(self.task, description=description, completed=done, total=total, left=left)
         return not self.stopped()
 
     def clear(self) -> None:
-        """Take the bar away, so that something can be printed; the next step shows it again."""
+        """Remove the bar, so that something can be printed; the next step shows the bar again."""
         if self.bar.live.is_started:
             self.bar.stop()
 
 
 class Watch:
-    """The same for renders: a callback for ``tracer.render``."""
+    """A progress bar for a rendering: a progress callback for ``tracer.render``."""
 
     def __init__(self, title: str, step: Steps) -> None:
         self.title, self.step, self.clear = title, step, step.clear
 
     def __call__(self, progress: Passed) -> bool:
-        """Show how far it is."""
+        """Show how far the rendering is; return False once it should stop."""
         return self.step(f"{self.title}: {progress.in_words()}", progress.fraction, 1.0, progress.remaining)
 
 
@@ -63,7 +63,8 @@ class Watch:
 def watch(title: str, quiet: bool = False) -> Iterator[Watch]:
     """Show a bar with samples done and time left; yield the callback for ``tracer.render`` that moves it.
 
-    After a first Ctrl-C the callback returns False, so that the render ends with what there is; a second one kills.
+    After a first Ctrl-C the callback returns False, so that the rendering ends and keeps its samples. A second Ctrl-C
+    stops the program at once.
     """
     with steps(quiet) as step:
         yield Watch(title, step)

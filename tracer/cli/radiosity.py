@@ -12,14 +12,14 @@ from tracer.cli import options
 
 
 class Method(StrEnum):
-    """How patches come by their light."""
+    """How the radiosity of patches is solved."""
 
     gathering = "gathering"
     shooting = "shooting"
 
 
 class Shown(StrEnum):
-    """What a picture shows."""
+    """What the picture shows."""
 
     gather = "gather"
     smooth = "smooth"
@@ -32,7 +32,7 @@ def radiosity(
     patch: Annotated[float | None, typer.Option(help="Longest edge of a patch. (a 40th of the extent)")] = None,
     rays: Annotated[int, typer.Option(help="Rays that every patch gathers with.", min=1, max=1 << 20)] = 256,
     residual: Annotated[float, typer.Option(help="Share of the power the last round may change.")] = 1e-5,
-    method: Annotated[Method, typer.Option(help="How patches come by their light.")] = Method.gathering,
+    method: Annotated[Method, typer.Option(help="How radiosity is solved.")] = Method.gathering,
     show: Annotated[
         Shown, typer.Option(help="Light gathered anew, or patches smoothed or as they are.")
     ] = Shown.gather,
@@ -62,7 +62,7 @@ def radiosity(
     from tracer.session.request import PictureFile, Request
 
     atomic.check_output(output, overwrite)
-    written = chosen_layers(layers)
+    layer_choice = chosen_layers(layers)
     if patch is not None and not 0 < patch < float("inf"):
         raise SettingsError(f"The edge of a patch is a length above 0, not {patch:g}.")
     if not 0 < residual < 1:
@@ -72,25 +72,25 @@ def radiosity(
 
     loaded_scene = load_scene(scene)
     loaded = loaded_scene.scene
-    if strict and (others := other_than_diffuse(loaded)):
-        raise SceneError(f"These shapes of '{scene}' are not diffuse: {', '.join(others)}; leave out --strict.")
+    if strict and (not_diffuse := other_than_diffuse(loaded)):
+        raise SceneError(f"These shapes of '{scene}' are not diffuse: {', '.join(not_diffuse)}; leave out --strict.")
     if strict and (media := with_media(loaded)):
         raise SceneError(f"Radiosity leaves out the media of '{scene}': {', '.join(media)}; leave out --strict.")
-    chosen = {"size": patch or 0.0, "rays": rays, "residual": residual, "seed": seed}
+    parameters = {"size": patch or 0.0, "rays": rays, "residual": residual, "seed": seed}
     integrator = mi.load_dict(
-        {"type": "radiosity", **chosen, "method": method.value, "show": show.value, "guided": not even}
+        {"type": "radiosity", **parameters, "method": method.value, "show": show.value, "guided": not even}
     )
-    with steps(quiet) as step:
+    with steps(quiet) as bar:
 
-        def told(text: str, done: int, total: int) -> None:
-            if not step(text, done, total):
+        def on_step(text: str, done: int, total: int) -> None:
+            if not bar(text, done, total):
                 raise KeyboardInterrupt
 
-        integrator.prepare_scene(loaded, told)
+        integrator.prepare_scene(loaded, on_step)
     for sentence in [] if quiet else remarks(loaded):
         typer.echo(sentence, err=True)
     with watch("Rendering", quiet) as progress:
-        picture = PictureFile(output, overwrite, written)
+        picture = PictureFile(output, overwrite, layer_choice)
         settings = {"spp": spp, "seed": seed}
         result = render_request(
             Request(
@@ -104,10 +104,11 @@ def radiosity(
             )
         )
     if not quiet:
-        found = integrator.solution
+        solution = integrator.solution
         typer.echo(
-            f"{len(integrator.patches)} patches, {100 * found.guided:.0f} % of them guided, "
-            f"{found.rays / 1e6:.1f} million rays, {found.rounds} rounds, residual {found.residual:.1e}; {output}"
+            f"{len(integrator.patches)} patches, {100 * solution.guided:.0f} % of them guided, "
+            f"{solution.rays / 1e6:.1f} million rays, {solution.rounds} rounds, "
+            f"residual {solution.residual:.1e}; {output}"
         )
     if not result.report.complete:
         raise typer.Exit(signals.exit_code())

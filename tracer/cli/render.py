@@ -12,7 +12,7 @@ from tracer.cli import options
 from tracer.cli.options import Panel
 
 OWN = ("config", "shape_weight", "quiet", "as_json")
-"""Options of the command line alone; all others are those of a job, and have its names."""
+"""Parameters of the command line alone; all others are fields or settings of a job and have the same names there."""
 
 
 def render(
@@ -27,10 +27,10 @@ def render(
         float | None, typer.Option(help="Stop when the error is below; see above.", rich_help_panel=Panel.STOP)
     ] = None,
     noise_share: Annotated[
-        float | None, typer.Option(help="Share of the pixels it is to hold for. [0.95]", rich_help_panel=Panel.STOP)
+        float | None, typer.Option(help="Share of the pixels that --noise is for. [0.95]", rich_help_panel=Panel.STOP)
     ] = None,
     time: Annotated[
-        float | None, typer.Option(help="Be done after so many seconds, start-up included.", rich_help_panel=Panel.STOP)
+        float | None, typer.Option(help="Seconds until the end, start-up included.", rich_help_panel=Panel.STOP)
     ] = None,
     checkpoint: Annotated[
         Path | None, typer.Option(help="File to keep the state in.", rich_help_panel=Panel.STOP)
@@ -56,7 +56,7 @@ def render(
     criterion: Annotated[
         str | None,
         typer.Option(
-            help="Where it is worth it: fused, variance, ... (fused)",
+            help="What finds importance: fused, variance, ... (fused)",
             rich_help_panel=Panel.WHERE,
             autocompletion=options.criteria_names,
         ),
@@ -75,7 +75,7 @@ def render(
     ] = None,
     importance: Annotated[
         str | None,
-        typer.Option(help="Image that multiplies the importance: mask or weight.", rich_help_panel=Panel.WHERE),
+        typer.Option(help="Image, mask or weights, to multiply the importance by.", rich_help_panel=Panel.WHERE),
     ] = None,
     shape_weight: Annotated[
         list[str] | None,
@@ -84,7 +84,7 @@ def render(
         ),
     ] = None,
     pilot_spp: Annotated[
-        int | None, typer.Option(help="Rays per pixel that look first.", rich_help_panel=Panel.WHERE)
+        int | None, typer.Option(help="Pilot rays per pixel, which look first.", rich_help_panel=Panel.WHERE)
     ] = None,
     min_spp: Annotated[
         int | None, typer.Option(help="Least samples of any pixel.", rich_help_panel=Panel.WHERE)
@@ -92,16 +92,14 @@ def render(
     max_spp: Annotated[int | None, typer.Option(help="Most samples of any pixel.", rich_help_panel=Panel.WHERE)] = None,
     cost: Annotated[
         str | None,
-        typer.Option(help="What a sample costs: none (all the same), or rays. (none)", rich_help_panel=Panel.WHERE),
+        typer.Option(help="Cost of a sample: by its rays, or none for equal. (none)", rich_help_panel=Panel.WHERE),
     ] = None,
     block: Annotated[
         int | None, typer.Option(help="Side of the blocks of ID complexity. [1]", rich_help_panel=Panel.WHERE)
     ] = None,
     unbiased: Annotated[
         bool | None,
-        typer.Option(
-            "--unbiased", help="Keep the samples that decide out of the picture.", rich_help_panel=Panel.WHERE
-        ),
+        typer.Option("--unbiased", help="Leave samples that decide out of the picture.", rich_help_panel=Panel.WHERE),
     ] = None,
     memory: Annotated[float | None, typer.Option(help="Most memory to use, in GiB.")] = None,
     workers: options.Workers = None,
@@ -143,7 +141,7 @@ def render(
     from tracer.jobs.run import perform
 
     job = make_job(given, config)
-    lost = False
+    any_unwritten = False
     with watch("Rendering", quiet or as_json) as progress:
         for shot, result in perform(job, progress, STARTED, lambda text: None if quiet else typer.echo(text, err=True)):
             progress.clear()
@@ -153,23 +151,23 @@ def render(
             elif not quiet:
                 notes = [note for note in report.notes if note not in report.unwritten]
                 typer.echo("\n".join([f"{shot.name}: {in_words(result)}", *notes]))
-            for complaint in report.unwritten:
-                typer.echo(f"tracer: {complaint}", err=True)
-            lost = lost or bool(report.unwritten)
+            for message in report.unwritten:
+                typer.echo(f"tracer: {message}", err=True)
+            any_unwritten = any_unwritten or bool(report.unwritten)
             if not report.complete:
                 raise typer.Exit(signals.exit_code())
-    if lost:
+    if any_unwritten:
         raise typer.Exit(WriteError.exit_code)
 
 
 def summary(result: Any) -> dict[str, Any]:
-    """Return what is known of a picture as plain values."""
+    """Return size, time and report of a picture as plain values."""
     height, width = result.image.shape[:2]
     return {"width": width, "height": height, "seconds": result.seconds, **result.report.as_dict()}
 
 
 def in_words(result: Any) -> str:
-    """Return a line about a picture."""
+    """Return a line about a picture: size, samples, time and noise."""
     from tracer.core.quantities import mean_count, percent
 
     report = result.report

@@ -14,25 +14,25 @@ from tracer.study.results import Results
 from tracer.study.tables import CLOSE_MARK, HEADINGS, bounds, cells, measured
 
 SHOWN = ("method", "relMSE", "SSIM", "FLIP", "seconds", "gain, samples", "gain, time")
-"""Columns; the others are in the files."""
+"""Headings of the columns that the terminal shows; the files have all columns."""
 
 
 def simple_table(headings: Sequence[str], lines: Sequence[Sequence[str]], title: str | None = None) -> None:
-    """Print a table without frame; columns of gains and of file names may wrap, the others may not."""
-    shown = Table(
+    """Print a table without a frame. Only columns of gains and of file names may wrap."""
+    table = Table(
         title=title and Text(title), title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0)
     )
     for heading in headings:
         is_gain = heading.startswith("gain")
         wraps = is_gain or heading == "picture"
-        shown.add_column(heading, no_wrap=not wraps, min_width=7 if is_gain else None, overflow="fold")
+        table.add_column(heading, no_wrap=not wraps, min_width=7 if is_gain else None, overflow="fold")
     for line in lines:
-        shown.add_row(*(Text(cell) for cell in line))
-    Console(markup=False).print(shown)
+        table.add_row(*(Text(cell) for cell in line))
+    Console(markup=False).print(table)
 
 
 def study_tables(results: Results) -> None:
-    """Print a table for each scene and budget, the means over scenes if there are several, and what failed."""
+    """Print a table for each scene and budget, the means over scenes if there is more than one, and all failures."""
     rows, means = results.tables()
     columns = [HEADINGS.index(name) for name in SHOWN]
     for (scene, budget), group in itertools.groupby(rows, key=lambda row: (row.scene, row.budget)):
@@ -46,13 +46,15 @@ def study_tables(results: Results) -> None:
         console.print(f"{CLOSE_MARK} less than ten times the error of the reference; a larger reference_spp helps")
     if len({row.scene for row in rows}) > 1:
         lines = [
-            [one.budget, one.method, bounds(one.gain_samples), bounds(one.gain_time), f"{one.worst:.2f}"]
-            for one in means
-            if one.method != baseline
+            [mean.budget, mean.method, bounds(mean.gain_samples), bounds(mean.gain_time), f"{mean.worst:.2f}"]
+            for mean in means
+            if mean.method != baseline
         ]
         headings = ("budget", "method", "gain, samples", "gain, time", "worst")
         simple_table(headings, lines, "geometric mean over scenes")
     if results.kept:
         console.print(f"{results.kept} pictures were kept from an earlier run")
-    for one in results.failures:
-        console.print(f"failed: {one.scene}, {one.method}, {one.budget}, seed {one.seed}: {one.message}")
+    for failure in results.failures:
+        console.print(
+            f"failed: {failure.scene}, {failure.method}, {failure.budget}, seed {failure.seed}: {failure.message}"
+        )

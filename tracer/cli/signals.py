@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM: end what is under way and keep what there is."""
+"""Ctrl-C and SIGTERM: end the work and keep the results so far."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ from contextlib import contextmanager
 from typing import Any
 
 HANDLED = (signal.SIGINT, signal.SIGTERM)
+"""Signals that are handled."""
 REPEATED_SECONDS = 1.0
-"""Within so many seconds a signal is the same one: a terminal sends it to all processes of a command."""
+"""Seconds within which signals count as a single one: a terminal sends a signal to all processes of a command."""
 
 received: int | None = None
-"""The signal that stopped the program."""
+"""Number of the signal that stopped the program."""
 
 
 def exit_code() -> int:
@@ -24,7 +25,7 @@ def exit_code() -> int:
 
 @contextmanager
 def interrupting() -> Iterator[None]:
-    """Turn a signal into KeyboardInterrupt."""
+    """Turn signals within the block into KeyboardInterrupt."""
 
     def interrupt() -> None:
         raise KeyboardInterrupt
@@ -50,23 +51,23 @@ def stopping() -> Iterator[Callable[[], bool]]:
 
 @contextmanager
 def handling(action: Callable[[], None]) -> Iterator[None]:
-    """Call ``action`` for every signal within the block; the program's first thread alone can have that."""
+    """Call ``action`` for every signal within the block; outside the main thread signals are not handled."""
     last = float("-inf")
 
-    def handle(number: int, frame: Any) -> None:
+    def handle(signal_number: int, frame: Any) -> None:
         global received
         nonlocal last
         before, last = last, time.monotonic()
-        received = received or number
+        received = received or signal_number
         if last - before > REPEATED_SECONDS:
             action()
 
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    previous = [signal.signal(number, handle) for number in HANDLED]
+    previous = [signal.signal(signal_number, handle) for signal_number in HANDLED]
     try:
         yield
     finally:
-        for number, handler in zip(HANDLED, previous, strict=True):
-            signal.signal(number, handler)
+        for signal_number, handler in zip(HANDLED, previous, strict=True):
+            signal.signal(signal_number, handler)

@@ -32,7 +32,7 @@ def study(
 ) -> None:
     """Measure scenes x methods x budgets x seeds against references, and write a page that shows it.
 
-    Stopped and started again it goes on where it was; a changed plan renders only what is new.
+    If it is stopped and started again, it goes on where it was; a changed plan renders only cells that are new.
 
     Example: tracer study smoke -o results
     """
@@ -44,7 +44,7 @@ def study(
 
 
 def measure(plan: Plan, output: Path, overwrite: bool, quiet: bool, cluster: int | str | None = None) -> None:
-    """Run a plan, showing progress, and print its tables. Raises StudyError if anything failed."""
+    """Run a plan, showing progress, and print its tables. Raises StudyError if any cell failed."""
     from tracer.cli.progress import steps
     from tracer.cli.show import study_tables
     from tracer.study.run import run_study

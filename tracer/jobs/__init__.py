@@ -1,1 +1,1 @@
-"""Several pictures of one scene file, by frames and sensors."""
+"""Jobs: all pictures to be rendered of one scene file, by frames and sensors."""

@@ -1,4 +1,4 @@
-"""A job: one scene file, and all pictures of it that are asked for, by frames and sensors."""
+"""A job: one scene file and all pictures to be rendered of it, by frames and sensors."""
 
 from __future__ import annotations
 
@@ -20,62 +20,74 @@ from tracer.session.shards import parse_part
 from tracer.settings import Settings, in_one_sentence
 
 NUMBER = "#"
-"""In the name of a scene or picture: stands for the number of the frame, with at least as many digits."""
+"""In the name of a scene or picture, a run of this sign stands for the number of the frame, with at least as many
+digits."""
 
 
 class Job(BaseModel):
-    """What is rendered, from where, and where it goes. Names are those of the command line and of a configuration."""
+    """What is rendered and how, and the files to write.
+
+    The names of the fields are those of the options on the command line and of the entries of a configuration file.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     scene: Path
+    """Scene file, whose name may hold the number of the frame."""
     output: Path | None = None
-    """Picture to write; it may be missing where a checkpoint of a part is what is wanted."""
+    """Picture to write; it may be left out if the checkpoint of a part is written."""
     sensor: tuple[int, ...] | Literal["all"] = (0,)
     """Numbers of the scene's sensors."""
     size: int | None = Field(None, ge=1)
-    """Width in pixels instead of the scene's; the aspect is kept."""
+    """Width of the picture in pixels, instead of the scene's; the aspect is kept."""
     crop: tuple[int, int, int, int] | None = None
     """x, y, width and height in pixels of the part of the picture that is rendered."""
     integrator: str | None = None
+    """Name of the plugin to use instead of the scene's integrator."""
     variant: str | None = None
+    """Variant of Mitsuba."""
     define: dict[str, str] = Field(default_factory=dict)
-    """Values of the scene's $parameters."""
+    """Values of the scene's $parameters, by their names."""
     frames: str | None = None
-    """First and last number: "1-24", "1-24:2" for every other one, "3,7" for these."""
+    """Numbers of the frames: "1-24" for all of a range, "1-24:2" for every other one, "3,7" for single ones."""
     checkpoint: Path | None = None
+    """File that keeps the state of the session."""
     checkpoint_every: float = Field(EVERY_SECONDS, ge=0)
+    """Seconds between two writes of the checkpoint."""
     resume: bool = False
+    """Whether the session goes on from the checkpoint, if there is one."""
     overwrite: bool = False
+    """Whether existing files are replaced."""
     features: bool = False
-    """Whether albedo, normal, depth and shapes are written, too."""
+    """Whether layers of albedo, normal, depth and shapes are written too."""
     denoise: bool = False
+    """Whether a denoised picture is made too."""
     layers: Literal["all", "rgb"] = "all"
-    """What an EXR holds: everything, or the picture alone in linear sRGB, which textures and environments are read
-    from."""
+    """What an EXR holds: all layers, or the picture alone in linear sRGB, so that it can be read as a texture or an
+    environment."""
     live: Path | None = None
     """PNG that shows the picture while it renders."""
     tev: str | None = None
-    """host:port of a tev viewer that shows it."""
+    """host:port of a tev viewer that shows the picture while it renders."""
     memory: float | None = Field(None, gt=0)
-    """Most memory to use, in GiB."""
+    """Largest amount of memory to use, in GiB."""
     workers: int | None = Field(None, ge=1, le=1024)
-    """Processes on this machine that draw."""
+    """Number of worker processes on this machine that draw samples."""
     part: str | None = None
-    """ "3/8": render the third of eight parts."""
+    """Part of the samples to render: "3/8" is the third of eight parts."""
     scheduler: str | None = None
-    """Address of a Dask scheduler whose workers draw, or the file that it has left it in."""
+    """Address of a Dask scheduler whose workers draw samples, or the file in which the scheduler has left it."""
     settings: dict[str, Any] = Field(default_factory=dict)
-    """Of ``tracer.settings.Settings``, those that are given."""
+    """Fields of ``tracer.settings.Settings`` that are given; the others keep their defaults."""
 
     @field_validator("sensor", mode="before")
     @classmethod
     def one_or_several(cls, value: Any) -> Any:
-        """Take numbers, one or several, also as text."""
+        """Accept a single number or a list of numbers, as integers or as text, and "all"."""
         values = value if isinstance(value, list | tuple) else [value]
         if "all" in values:
             return "all"
-        if values and all(str(each).isdecimal() for each in values):
+        if values and all(str(entry).isdecimal() for entry in values):
             return values
         raise ValueError(f'sensor: write numbers from 0, or "all" (was {", ".join(map(repr, values))})')
 
@@ -93,25 +105,25 @@ class Job(BaseModel):
     def define_from_text(cls, value: Any) -> Any:
         """Read "name=value" entries."""
         if isinstance(value, dict):
-            return {name: str(each) for name, each in value.items()}
+            return {name: str(text) for name, text in value.items()}
         if not (isinstance(value, list | tuple) and all(isinstance(entry, str) for entry in value)):
             raise ValueError(f"define: write name=value (was {value!r})")
         pairs = [entry.partition("=") for entry in value]
         if not all(name and sign for name, sign, _ in pairs):
             raise ValueError(f"define: write name=value (was {', '.join(value)!r})")
-        return {name: each for name, _, each in pairs}
+        return {name: text for name, _, text in pairs}
 
     @field_validator("part")
     @classmethod
     def part_is_one(cls, value: str | None) -> str | None:
-        """Reject what is no part."""
+        """Reject a text that is not of the form "3/8"."""
         if value is not None:
             parse_part(value)
         return value
 
     @model_validator(mode="after")
     def makes_something(self) -> Job:
-        """Reject a job of which nothing would be left."""
+        """Reject a job that would write nothing, or features into a file without layers."""
         if self.output is None and (self.part is None or self.checkpoint is None):
             raise ValueError("nothing would be written: name a picture with -o, or a checkpoint for a part")
         if self.features and self.layers == "rgb":
@@ -121,7 +133,7 @@ class Job(BaseModel):
     @field_validator("frames")
     @classmethod
     def frames_are_numbers(cls, value: str | None) -> str | None:
-        """Reject what is no list of frames."""
+        """Reject a text that is not a list of frames."""
         if value is not None:
             frame_numbers(value)
         return value
@@ -129,7 +141,7 @@ class Job(BaseModel):
 
 @dataclass(frozen=True)
 class Shot:
-    """One picture of a job."""
+    """A single picture of a job."""
 
     scene: Path
     define: dict[str, str]
@@ -140,7 +152,7 @@ class Shot:
 
     @property
     def name(self) -> str:
-        """What a person calls it: the file that is written."""
+        """Name of the picture in messages: the file that is written."""
         return str(self.output or self.checkpoint)
 
 
@@ -148,34 +160,38 @@ def frame_numbers(text: str) -> list[int]:
     """Return the numbers of "1-24", "1-24:2" or "3,7". Raises ValueError."""
     numbers: list[int] = []
     for entry in text.split(","):
-        found = re.fullmatch(r"\s*(\d+)(?:-(\d+)(?::(\d+))?)?\s*", entry)
-        if not found or found[3] == "0" or (found[2] and int(found[2]) < int(found[1])):
+        match = re.fullmatch(r"\s*(\d+)(?:-(\d+)(?::(\d+))?)?\s*", entry)
+        if not match or match[3] == "0" or (match[2] and int(match[2]) < int(match[1])):
             raise ValueError(f'frames: write "1-24", "1-24:2" or "3,7" (was {text!r})')
-        numbers += range(int(found[1]), int(found[2] or found[1]) + 1, int(found[3] or 1))
+        numbers += range(int(match[1]), int(match[2] or match[1]) + 1, int(match[3] or 1))
     return numbers
 
 
 def make_job(given: dict[str, Any], configuration: Path | None = None) -> Job:
-    """Return a checked job from what the command line gives, and from a TOML file for what it does not.
+    """Return a checked job from the options of the command line; a TOML file gives the options that it leaves out.
 
-    Files that the configuration names are looked for beside it. Raises SettingsError with one sentence.
+    Paths in the configuration are relative to its folder. Raises SettingsError with one sentence.
     """
-    own = [name for name in Job.model_fields if name != "settings"]
-    known = [*own, *Settings.model_fields]
-    values = {} if configuration is None else read_configuration(configuration, known)
+    job_fields = [name for name in Job.model_fields if name != "settings"]
+    option_names = [*job_fields, *Settings.model_fields]
+    values = {} if configuration is None else read_configuration(configuration, option_names)
     values |= {name: value for name, value in given.items() if value is not None}
     settings = {name: value for name, value in values.items() if name in Settings.model_fields}
     try:
-        return Job(**{name: values[name] for name in own if name in values}, settings=settings)
+        return Job(**{name: values[name] for name in job_fields if name in values}, settings=settings)
     except ValidationError as error:
-        raise SettingsError(in_one_sentence(error, known)) from None
+        raise SettingsError(in_one_sentence(error, option_names)) from None
 
 
 FILES = ("importance", "checkpoint", "live")
+"""Options whose values are paths, relative to the folder of the configuration that holds them."""
 
 
-def read_configuration(path: Path, known: list[str]) -> dict[str, Any]:
-    """Return what a TOML file says, by the names of the options with "_" for "-". Raises SettingsError."""
+def read_configuration(path: Path, option_names: list[str]) -> dict[str, Any]:
+    """Return the options in a TOML file by name, with "_" for "-". Raises SettingsError.
+
+    ``option_names``: names of all options that exist.
+    """
     try:
         values = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
@@ -184,8 +200,8 @@ def read_configuration(path: Path, known: list[str]) -> dict[str, Any]:
         raise SettingsError(f"'{path}' is no TOML: {error}.") from None
     values = {name.replace("-", "_"): value for name, value in values.items()}
     for name in values:
-        if name not in known or name in ("scene", "output"):
-            raise SettingsError(f"'{path}': there is no option '{name}'{did_you_mean(name, known)}")
+        if name not in option_names or name in ("scene", "output"):
+            raise SettingsError(f"'{path}': there is no option '{name}'{did_you_mean(name, option_names)}")
     return {
         name: str(path.parent / value) if name in FILES and isinstance(value, str) else value
         for name, value in values.items()
@@ -193,24 +209,24 @@ def read_configuration(path: Path, known: list[str]) -> dict[str, Any]:
 
 
 def shots_of(job: Job, sensors: int) -> Iterator[Shot]:
-    """Yield the pictures of a job, frame by frame; ``sensors``: how many the scene has."""
-    chosen = tuple(range(sensors)) if job.sensor == "all" else job.sensor
-    for number in [None] if job.frames is None else frame_numbers(job.frames):
+    """Yield the pictures of a job, frame by frame; ``sensors`` is the number of sensors of the scene."""
+    chosen_sensors = tuple(range(sensors)) if job.sensor == "all" else job.sensor
+    for frame in [None] if job.frames is None else frame_numbers(job.frames):
         define = job.define
-        if number is not None and NUMBER not in job.scene.name:
-            define = {"frame": str(number), **define}
-        for sensor in chosen:
-            label = f"-{sensor}" if len(chosen) > 1 else ""
+        if frame is not None and NUMBER not in job.scene.name:
+            define = {"frame": str(frame), **define}
+        for sensor in chosen_sensors:
+            label = f"-{sensor}" if len(chosen_sensors) > 1 else ""
 
-            def named(path: Path | None, number: int | None = number, label: str = label) -> Path | None:
-                return None if path is None else path.with_name(numbered(path, number, label))
+            def named(path: Path | None, frame: int | None = frame, label: str = label) -> Path | None:
+                return None if path is None else path.with_name(numbered(path, frame, label))
 
             files_of = [named(path) for path in (job.output, job.checkpoint, job.live)]
-            yield Shot(frame_file(job.scene, number), define, sensor, *files_of)
+            yield Shot(frame_file(job.scene, frame), define, sensor, *files_of)
 
 
 def request_for(job: Job, shot: Shot, scene: LoadedScene) -> Request:
-    """Return what is asked of a session for one picture. Raises SettingsError."""
+    """Return the request to a session for a single picture. Raises SettingsError."""
     origin = job.model_dump(mode="json", exclude={"settings", "overwrite", "resume"}, exclude_none=True)
     return Request(
         scene,
@@ -234,7 +250,10 @@ def frame_file(scene: Path, number: int | None) -> Path:
 
 
 def numbered(path: Path, number: int | None, label: str) -> str:
-    """Return the name of a file for one frame and sensor: "####" becomes the number, else it is added at the end."""
+    """Return the name of a file for a frame and a sensor.
+
+    The number of the frame replaces "####" in the name, or else is added to the stem; ``label`` of the sensor follows.
+    """
     stem = path.stem
     if number is not None:
         stem = put_number(stem if NUMBER in stem else f"{stem}.####", number)
@@ -242,12 +261,12 @@ def numbered(path: Path, number: int | None, label: str) -> str:
 
 
 def put_number(name: str, number: int) -> str:
-    """Return ``name`` with its last run of "#" replaced by the number with so many digits, or more."""
-    return re.sub(rf"({NUMBER}+)(?!.*{NUMBER})", lambda marks: str(number).zfill(len(marks[0])), name)
+    """Return ``name`` with its last run of "#" replaced by the number, with at least as many digits as the run."""
+    return re.sub(rf"({NUMBER}+)(?!.*{NUMBER})", lambda match: str(number).zfill(len(match[0])), name)
 
 
 def check_frames(job: Job) -> None:
-    """Raise SettingsError if the frames of a job would all be one picture."""
+    """Raise SettingsError if the frames of a job would all be the same picture."""
     if job.frames is None or NUMBER in job.scene.name or not job.scene.is_file():
         return
     if b"$frame" not in job.scene.read_bytes():
@@ -257,9 +276,9 @@ def check_frames(job: Job) -> None:
 
 
 def check_outputs(shots: list[Shot], job: Job) -> None:
-    """Raise OutputError if any file of a job cannot be written, before the first is rendered.
+    """Raise OutputError if any file of a job cannot be written, before the first picture is rendered.
 
-    Raises SettingsError where there is nothing to resume from.
+    Raises SettingsError if there is nothing to resume from.
     """
     checkpoint_file(job.checkpoint, job.checkpoint_every, job.resume, job.overwrite)
     for shot in shots:

@@ -28,10 +28,10 @@ from tracer.settings import check_settings
 def perform(
     job: Job, progress: ProgressCallback | None = None, started: float | None = None, tell: Tell = silent
 ) -> Iterator[tuple[Shot, Result]]:
-    """Yield each picture as it is written, and what it is of; one that a person has stopped is the last.
+    """Yield each picture and its result as soon as it is written; a picture that a person has stopped is the last.
 
-    ``started``: as for ``tracer.render``, for the first picture. ``tell`` hears of large jobs before they begin. What
-    can be checked before the first ray is. Raises the errors of ``tracer.errors``.
+    ``started``: as for ``tracer.render``, for the first picture. ``tell`` is called with a remark before a large job
+    begins. Mistakes are looked for before the first ray, as far as possible. Raises the errors of ``tracer.errors``.
     """
     check_settings(**job.settings)
     if job.workers is not None and job.scheduler is not None:
@@ -52,11 +52,11 @@ def perform(
 
 
 def shots_with_scenes(job: Job) -> Iterator[tuple[Shot, LoadedScene]]:
-    """Yield the pictures of a job; those of one scene follow each other, and share it."""
+    """Yield the pictures of a job with their scenes; successive pictures of the same scene share the loaded scene."""
     for (path, define), _ in itertools.groupby(shots_of(job, 1), lambda shot: (shot.scene, shot.define)):
         scene = load_scene(path, define)
-        every = shots_of(job, len(scene.scene.sensors()))
-        shots = [shot for shot in every if (shot.scene, shot.define) == (path, define)]
+        shots_of_all_sensors = shots_of(job, len(scene.scene.sensors()))
+        shots = [shot for shot in shots_of_all_sensors if (shot.scene, shot.define) == (path, define)]
         check_outputs(shots, job)
         for shot in shots:
             pick_sensor(scene.scene, shot.sensor, path)
@@ -65,15 +65,15 @@ def shots_with_scenes(job: Job) -> Iterator[tuple[Shot, LoadedScene]]:
 
 
 def render_shot(job: Job, shot: Shot, request: Request) -> Result:
-    """Render and write one picture, and show it meanwhile where that is asked for."""
+    """Render and write a single picture, and show it while it renders if the job asks for it."""
     if shot.live is not None or job.tev is not None:
         viewer = live.tev(Path(shot.name).name, job.tev) if job.tev is not None else None
-        file = live.png(shot.live) if shot.live is not None else None
-        request = replace(request, progress=live.together(request.progress, file, viewer))
+        live_picture = live.png(shot.live) if shot.live is not None else None
+        request = replace(request, progress=live.together(request.progress, live_picture, viewer))
     result = render_request(request)
     if shot.live is not None:
         try:
             exr.write_png(shot.live, display(result.rgb))
-        except WriteError as error:  # a picture of progress, of what is written already
+        except WriteError as error:  # no reason to fail: the picture itself is written already
             result.report.unwritten.append(str(error))
     return result

@@ -1,1 +1,1 @@
-"""Radiosity with rays that go where what a patch sees is complex (the paper, section 4.2)."""
+"""Radiosity whose rays are sent where the view from a patch is complex (the paper, section 4.2)."""

@@ -1,16 +1,17 @@
-"""Directions in spherical triangles, distributed as the cosine is.
+"""Directions in spherical triangles, with a density in proportion to the cosine.
 
 Seen from straight above, directions with the density of the cosine fill the unit disc evenly, and an arc of a great
-circle is one of an ellipse around the middle. A triangle is cut at the azimuth of its middle corner; each of the two
-parts lies between two such arcs and two azimuths. The azimuth is found from the area that it leaves on one side, by
-Newton's method, and the square of the radius is uniform between the arcs. (The cut is that of C. Peters, "BRDF
-importance sampling for polygonal lights", ACM Trans. Graph. 40(4), 2021.)
+circle is an arc of an ellipse around the middle. A triangle is cut at the azimuth of its middle corner; each of the
+two parts lies between two such arcs and two azimuths. Newton's method finds the azimuth up to which a given area lies,
+and the square of the radius is uniform between the arcs. (The cut is that of C. Peters, "BRDF importance sampling for
+polygonal lights", ACM Trans. Graph. 40(4), 2021.)
 
-The arc of the circle whose plane has the normal m lies, at the azimuth psi from that of m, at the squared radius
+A great circle lies in a plane with the normal m. At an azimuth that differs by psi from the azimuth of m, its arc has
+the squared radius
 
     r^2 = k^2 / (k^2 + (1 - k^2) cos^2 psi),    k = |m_z|,
 
-and the area between it and the middle is half of k atan(k tan psi).
+and the area between the arc and the middle is half of k atan(k tan psi).
 """
 
 from __future__ import annotations
@@ -29,8 +30,9 @@ from tracer.core.sphere import normalised
 from tracer.radiosity.triangle_hierarchy import pyramid
 
 COLUMNS = 8
+"""Numbers stored for each part of a triangle, listed at ``parts_of``."""
 STEPS = 5
-"""Of Newton's method: from the middle of a density taken as linear to what single precision can tell apart."""
+"""Steps of Newton's method: they lead from the solution for a linear density to the limit of single precision."""
 
 
 @dataclass(frozen=True)
@@ -38,9 +40,9 @@ class Arc:
     """Part of a great circle above the plane, seen from straight above: an arc of an ellipse."""
 
     tilt: float
-    """k."""
+    """The k of the formula: absolute value of the z coordinate of the normal of the circle's plane, 0 to 1."""
     azimuth: float
-    """Where psi is 0."""
+    """Azimuth in radians at which psi is 0."""
 
     def area(self, azimuth: float) -> float:
         """Return the area between the arc and the middle of the disc, from psi = 0 on."""
@@ -51,30 +53,31 @@ class Arc:
 def parts_of(corners: Floats) -> Floats:
     """Return the two parts (T, 2, 8) of spherical triangles (T, 3, 3) above the plane z = 0.
 
-    Columns: the azimuth where the part begins and its extent; (k, azimuth) of the inner arc; of the outer; area; the
-    share of the triangle's area that lies before the part. No triangle holds the zenith but as a corner.
+    The columns are: the azimuth where the part begins and its extent; k and azimuth of the inner arc; k and azimuth of
+    the outer arc; the area; the share of the triangle's area that lies before the part. The zenith may be a corner of a
+    triangle, but never within it.
     """
     return np.array([cut_triangle(triangle) for triangle in corners])
 
 
 def cut_triangle(corners: Floats) -> list[list[float]]:
     """Return the two parts (2, 8) of one triangle (3, 3); the second is empty where the zenith is a corner."""
-    zenith = np.hypot(corners[:, 0], corners[:, 1]) < 1e-9
-    around = np.arctan2(corners[:, 1], corners[:, 0])
-    inside = float(np.arctan2(*corners[~zenith, :2].sum(axis=0)[::-1]))
-    # From the triangle's own middle, so that none lies across the end of the circle.
-    around = inside + (around - inside + np.pi) % (2 * np.pi) - np.pi
-    if zenith.any():
-        first, last = np.flatnonzero(~zenith)[np.argsort(around[~zenith])]
-        arcs = [(around[first], around[last], Arc(0.0, inside), arc(corners[first], corners[last], inside))]
+    is_zenith = np.hypot(corners[:, 0], corners[:, 1]) < 1e-9
+    azimuths = np.arctan2(corners[:, 1], corners[:, 0])
+    inside = float(np.arctan2(*corners[~is_zenith, :2].sum(axis=0)[::-1]))
+    # Azimuths are counted from the middle of the triangle, so that no triangle lies across the step from pi to -pi.
+    azimuths = inside + (azimuths - inside + np.pi) % (2 * np.pi) - np.pi
+    if is_zenith.any():
+        first, last = np.flatnonzero(~is_zenith)[np.argsort(azimuths[~is_zenith])]
+        arcs = [(azimuths[first], azimuths[last], Arc(0.0, inside), arc(corners[first], corners[last], inside))]
     else:
-        first, middle, last = np.argsort(around)
+        first, middle, last = np.argsort(azimuths)
         arcs = []
-        for a, b in ((first, middle), (middle, last)):
-            whole, half = arc(corners[first], corners[last], inside), arc(corners[a], corners[b], inside)
-            between = 0.5 * (around[a] + around[b])
-            inner, outer = sorted((whole, half), key=lambda each: squared_radius(each, between))
-            arcs.append((around[a], around[b], inner, outer))
+        for left, right in ((first, middle), (middle, last)):
+            whole, half = arc(corners[first], corners[last], inside), arc(corners[left], corners[right], inside)
+            between = 0.5 * (azimuths[left] + azimuths[right])
+            inner, outer = sorted((whole, half), key=lambda candidate: squared_radius(candidate, between))
+            arcs.append((azimuths[left], azimuths[right], inner, outer))
     areas = [
         outer.area(end) - outer.area(begin) - inner.area(end) + inner.area(begin) for begin, end, inner, outer in arcs
     ]
@@ -87,7 +90,7 @@ def cut_triangle(corners: Floats) -> list[list[float]]:
 
 
 def arc(first: Floats, second: Floats, inside: float) -> Arc:
-    """Return the arc between two directions, psi 0 on the side of the azimuth ``inside``."""
+    """Return the arc between two directions; its psi is 0 within a quarter turn of the azimuth ``inside``."""
     normal = normalised(np.cross(first, second))
     azimuth = float(np.arctan2(normal[1], normal[0])) if np.hypot(normal[0], normal[1]) > 1e-9 else inside
     if np.cos(inside - azimuth) < 0:
@@ -95,15 +98,15 @@ def arc(first: Floats, second: Floats, inside: float) -> Arc:
     return Arc(abs(float(normal[2])), azimuth)
 
 
-def squared_radius(of: Arc, azimuth: float) -> float:
-    """Return r^2 of an arc."""
-    k = of.tilt**2
-    return k / (k + (1 - k) * float(np.cos(azimuth - of.azimuth)) ** 2) if k else 0.0
+def squared_radius(ellipse: Arc, azimuth: float) -> float:
+    """Return r^2 of an arc at an azimuth."""
+    square = ellipse.tilt**2
+    return square / (square + (1 - square) * float(np.cos(azimuth - ellipse.azimuth)) ** 2) if square else 0.0
 
 
 @cache
 def parts_of_pyramid(depth: int) -> Floats:
-    """Return ``parts_of`` all triangles of a pyramid."""
+    """Return the parts (N, 2, 8) of all triangles of a pyramid, see ``parts_of``."""
     return parts_of(pyramid(depth).corners)
 
 
@@ -113,41 +116,41 @@ def table_of(depth: int) -> Any:
 
 
 def cosine_in_triangle(table: Any, triangle: Any, u: Any, v: Any) -> Any:
-    """Return directions (mi.Vector3f) in triangles (by number, mi.UInt32) from uniform numbers in [0, 1).
+    """Return directions (mi.Vector3f) in triangles (mi.UInt32, by number) from uniform numbers u and v in [0, 1).
 
-    Their density is the cosine with z over the triangle's projected solid angle.
+    Their density is the cosine of the angle to z, divided by the projected solid angle of the triangle.
     """
     split = dr.gather(mi.Float, table, 2 * COLUMNS * triangle + (2 * COLUMNS - 1))
-    second = u >= split
-    row = COLUMNS * (2 * triangle + dr.select(second, mi.UInt32(1), mi.UInt32(0)))
+    is_second = u >= split
+    row = COLUMNS * (2 * triangle + dr.select(is_second, mi.UInt32(1), mi.UInt32(0)))
     begin, extent, k1, azimuth1, k2, azimuth2, area = (dr.gather(mi.Float, table, row + k) for k in range(COLUMNS - 1))
-    # In the part, its share of u is stretched to [0, 1).
-    u = dr.select(second, (u - split) / (1 - split), u / dr.minimum(split, 1))
+    # The interval of u that selects a part is stretched to [0, 1).
+    u = dr.select(is_second, (u - split) / (1 - split), u / dr.minimum(split, 1))
     psi1, psi2 = begin - azimuth1, begin - azimuth2
-    start = area_of(k2, psi2) - area_of(k1, psi1)
+    start_area = area_of(k2, psi2) - area_of(k1, psi1)
     at_begin, at_end = width(k1, psi1, k2, psi2), width(k1, psi1 + extent, k2, psi2 + extent)
     t = u * (at_begin + at_end) / (at_begin + dr.safe_sqrt(dr.lerp(dr.square(at_begin), dr.square(at_end), u)) + 1e-20)
     for _ in range(STEPS):
         azimuth = t * extent
-        short = u * area - (area_of(k2, psi2 + azimuth) - area_of(k1, psi1 + azimuth) - start)
+        missing = u * area - (area_of(k2, psi2 + azimuth) - area_of(k1, psi1 + azimuth) - start_area)
         slope = 0.5 * width(k1, psi1 + azimuth, k2, psi2 + azimuth) * extent
-        t = dr.clip(t + short / dr.maximum(slope, 1e-9), 0, 1)
+        t = dr.clip(t + missing / dr.maximum(slope, 1e-9), 0, 1)
     azimuth = t * extent
     inner, outer = squared(k1, psi1 + azimuth), squared(k2, psi2 + azimuth)
-    r = dr.lerp(inner, outer, v)
+    radius_squared = dr.lerp(inner, outer, v)
     sine, cosine = dr.sincos(begin + azimuth)
-    radius = dr.safe_sqrt(r)
-    return mi.Vector3f(radius * cosine, radius * sine, dr.safe_sqrt(1 - r))
+    radius = dr.safe_sqrt(radius_squared)
+    return mi.Vector3f(radius * cosine, radius * sine, dr.safe_sqrt(1 - radius_squared))
 
 
 def area_of(k: Any, psi: Any) -> Any:
-    """Return the area under an arc, from psi = 0 on."""
+    """Return the area between an arc and the middle of the disc, from psi = 0 on, on the device."""
     sine, cosine = dr.sincos(psi)
     return 0.5 * k * dr.atan2(k * sine, cosine)
 
 
 def squared(k: Any, psi: Any) -> Any:
-    """Return r^2 of an arc."""
+    """Return r^2 of an arc at psi, on the device."""
     square = dr.square(k)
     return square / dr.maximum(square + (1 - square) * dr.square(dr.cos(psi)), 1e-20)
 

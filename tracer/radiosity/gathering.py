@@ -1,10 +1,13 @@
 """The radiosity of all patches, B = E + rho H, from gathering over and over.
 
-The rays of a patch are traced once; what they hit is kept. A round is then B <- E + rho / pi sum w_j B(hit j), for all
-patches at once. The sum of what a patch gathers is never more than the whole, so rounds converge as the largest albedo
-does. With guidance, a sixteenth of the rays is spread evenly for a rough solution, as many (twice in small groups) look
-at it, and the others go where it varies. Those of the rough solution are not used again: the error of a lattice falls
-faster than as one over the root of its rays, and a part of few costs more than it brings.
+The rays of a patch are traced once, and their hits are stored. A round is then B <- E + rho / pi sum w_j B(hit j), for
+all patches at once. The weights w_j of a patch add up to no more than pi, so a round multiplies the change by no more
+than the largest albedo.
+
+With guidance, a sixteenth of the rays is spread evenly for a rough solution, as many rays (twice as many in small
+groups) look at it, and the others are sent where it varies. The rays of the rough solution are not used again: the
+error of a lattice falls faster than as one over the root of its rays, so a separate lattice of few rays costs more
+accuracy than it adds.
 """
 
 from __future__ import annotations
@@ -31,14 +34,15 @@ from tracer.radiosity.warp import warped
 
 Integers = NDArray[np.int64]
 MOST_ROUNDS = 1000
+"""Largest number of rounds of a solution."""
 HOPE = 50
-"""Rounds before it is asked whether they will ever end."""
+"""Number of rounds after which a solution is checked for whether it will ever converge."""
 MOST_TRACED = 1 << 29
-"""Rays whose hits are kept: 8 bytes each."""
+"""Largest number of rays whose hits are stored, at 8 bytes a ray."""
 FIRST = 16
-"""One ray of so many finds the rough solution."""
+"""One ray in this many goes into the rough solution."""
 COARSE = 1e-3
-"""Residual that is good enough to guide by."""
+"""Residual at which a rough solution is good enough to guide rays by."""
 
 
 @dataclass(frozen=True)
@@ -50,25 +54,26 @@ class Solution:
     irradiance: Floats
     """(P, 3): power per area that arrives."""
     residual: float
-    """Power that the last round changed, as a share of all that is emitted and arrives from around."""
+    """Power that the last round changed, as a share of all power that is emitted or arrives from the surroundings."""
     rounds: int
     rays: int
-    """Traced, those that looked and those to lights too."""
+    """Number of rays traced, including those that looked and those to lights."""
     guided: float = 0.0
     """Share of the patches whose rays were guided."""
 
 
 @dataclass(frozen=True)
 class Traced:
-    """What the rays of all patches found, pass after pass."""
+    """What the rays of all patches hit, pass after pass."""
 
     rays: int
-    """Of each patch."""
+    """Number of rays of each patch."""
     order: Integers
-    """(P,): patches, pass after pass."""
+    """(P,): patches in the order in which their rays were traced."""
     hits: list[mi.UInt32]
+    """For each pass, the patch that each ray hits; NOTHING where it hits none."""
     weights: list[mi.Float]
-    """What each ray stands for, of 1 in all."""
+    """For each pass, the weight of each ray; the weights of a patch add up to 1."""
     around: Floats
     """(P, 3): irradiance from the surroundings."""
 
@@ -80,33 +85,36 @@ def solve(
     seed: int = 0,
     lights: bool = False,
     guidance: Guidance | None = None,
-    told: StepCallback = silent,
+    on_step: StepCallback = silent,
 ) -> Solution:
-    """Return the solution with ``rays`` rays a patch, gathered until a round changes less than ``residual``.
+    """Return the solution with ``rays`` rays a patch, gathered until a round changes no more than ``residual``.
 
-    ``lights``: light straight from emitters comes from as many places on these, instead of from rays that hit them.
-    ``guidance``: how to guide rays; all are spread evenly without. Raises SettingsError for too many rays to keep.
+    ``lights``: light straight from emitters comes from as many places on the emitters, instead of from rays that hit
+    them. ``guidance``: how to guide rays; without it all rays are spread evenly. Raises SettingsError for more rays
+    than can be stored, and SceneError if the rounds do not converge.
     """
     refuse_too_many(rays, len(patches))
-    direct = direct_of_patches(patches, rays, seed, told) if lights else np.zeros((len(patches), 3))
+    direct = direct_of_patches(patches, rays, seed, on_step) if lights else np.zeros((len(patches), 3))
     groups = neighbours(patches.points, guidance.members if guidance else MOST_RAYS)
     division = division_for(guidance, rays) if guidance else None
-    spent = rays if lights else 0
+    extra_rays = rays if lights else 0
     if guidance is None or division is None:
-        traced = trace(patches, groups, rays, seed, not lights, told)
-        return finish(patches, traced, direct, residual, lights, spent, 0.0, told)
-    first = trace(patches, groups, max(rays // FIRST, 1), seed, not lights, told)
-    known = finish(patches, first, direct, max(residual, COARSE), lights, 0, 0.0, told)
-    see = patches.see(known.radiosity - patches.emitted if lights else known.radiosity, surroundings=not lights)
+        traced = trace(patches, groups, rays, seed, not lights, on_step)
+        return finish(patches, traced, direct, residual, lights, extra_rays, 0.0, on_step)
+    rough_traced = trace(patches, groups, max(rays // FIRST, 1), seed, not lights, on_step)
+    rough = finish(patches, rough_traced, direct, max(residual, COARSE), lights, 0, 0.0, on_step)
+    see = patches.see(rough.radiosity - patches.emitted if lights else rough.radiosity, surroundings=not lights)
     guide = make_guide(by_face(patches, see), groups, division, guidance, patches.faces, seed + 1)
-    looked = -(-guide.regions.rays // len(patches))
-    spent += looked + first.rays
-    second = trace(patches, groups, max(rays - first.rays - looked, 1), seed + 2, not lights, told, guide)
-    return finish(patches, second, direct, residual, lights, spent, float(guide.guided.mean()), told)
+    look_rays = -(-guide.regions.rays // len(patches))
+    extra_rays += look_rays + rough_traced.rays
+    guided_traced = trace(
+        patches, groups, max(rays - rough_traced.rays - look_rays, 1), seed + 2, not lights, on_step, guide
+    )
+    return finish(patches, guided_traced, direct, residual, lights, extra_rays, float(guide.guided.mean()), on_step)
 
 
 def refuse_too_many(rays: int, patches: int) -> None:
-    """Raise SettingsError for more rays than there is room for."""
+    """Raise SettingsError for more than ``MOST_TRACED`` rays."""
     if rays * patches > MOST_TRACED:
         raise SettingsError(
             f"{rays} rays of each of {patches} patches are more than {MOST_TRACED}, which is too many; "
@@ -120,26 +128,29 @@ def trace(
     rays: int,
     seed: int,
     surroundings: bool,
-    told: StepCallback,
+    on_step: StepCallback,
     guide: Guide | None = None,
 ) -> Traced:
-    """Trace ``rays`` rays of every patch, evenly or where a guide says."""
+    """Return the hits of ``rays`` rays of every patch, spread evenly or as a guide says.
+
+    ``surroundings``: whether light of the surroundings is gathered.
+    """
     order, hits, weights, around = [], [], [], np.zeros((len(patches), 3))
     dark = patches.see(np.zeros((len(patches), 3)), surroundings)
     way, guided = (warped(guide), guide.guided) if guide else (evenly, None)
     done = 0
-    for some, how in passes(len(patches), rays, way, guided):
-        told("rays", done, len(patches))
-        ray, weight = hemisphere_rays(groups, some, rays, how, seed)
+    for points, point_way in passes(len(patches), rays, way, guided):
+        on_step("rays", done, len(patches))
+        ray, weight = hemisphere_rays(groups, points, rays, point_way, seed)
         patch, radiance = dark(ray)
         arriving = [channel * weight for channel in radiance]
         weight /= dr.pi
         dr.eval(patch, weight, arriving)
-        order.append(some)
+        order.append(points)
         hits.append(patch)
         weights.append(weight)
-        around[some] = sums_of_rays(arriving, rays)
-        done += len(some)
+        around[points] = sums_of_rays(arriving, rays)
+        done += len(points)
     return Traced(rays, np.concatenate(order), hits, weights, around)
 
 
@@ -149,11 +160,15 @@ def finish(
     direct: Floats,
     residual: float,
     lights: bool,
-    spent: int,
+    extra_rays: int,
     guided: float,
-    told: StepCallback,
+    on_step: StepCallback,
 ) -> Solution:
-    """Return the solution along rays that are traced."""
+    """Return the solution along traced rays, in rounds.
+
+    ``direct`` (P, 3): irradiance straight from emitters; with ``lights``, rays do not bring what emitters emit.
+    ``extra_rays``: rays of each patch spent on other purposes, for the count. ``guided``: share of guided patches.
+    """
     arriving = direct + traced.around
     supplied = float(np.sum(patches.areas[:, None] * (patches.emitted + patches.albedo * arriving)))
     radiosity, irradiance = patches.emitted, arriving
@@ -168,25 +183,25 @@ def finish(
                 f"The largest albedo is {patches.albedo.max():.4g}; make it less than 1, or let some light out."
             )
         change, radiosity, done = moved, following, done + 1
-        told(f"round {done}: {change:.1e} of the power moved", min(done, MOST_ROUNDS - 1), MOST_ROUNDS)
-    return Solution(radiosity, irradiance, change, done, (traced.rays + spent) * len(patches), guided)
+        on_step(f"round {done}: {change:.1e} of the power moved", min(done, MOST_ROUNDS - 1), MOST_ROUNDS)
+    return Solution(radiosity, irradiance, change, done, (traced.rays + extra_rays) * len(patches), guided)
 
 
 def rounds_left(change: float, ratio: float, residual: float) -> float:
-    """Return how many more rounds it takes if each changes ``ratio`` of what the one before did."""
+    """Return the number of rounds from ``change`` to ``residual`` if a round multiplies the change by ``ratio``."""
     if change <= residual:
         return 0.0
     return float(np.log(residual / change) / np.log(ratio)) if ratio < 1 else np.inf
 
 
 def gathered(traced: Traced, radiosity: Floats) -> Floats:
-    """Return the mean radiosity (P, 3) of what the rays of each patch hit, each by what it stands for."""
-    found = np.zeros_like(radiosity)
+    """Return the mean radiosity (P, 3) of what the rays of each patch hit, weighted by the weights of the rays."""
+    means = np.zeros_like(radiosity)
     for channel, values in enumerate(radiosity.T):
         table = upload(mi.Float, values)
         sums = [
             sums_of_rays([dr.gather(mi.Float, table, hit, hit != NOTHING) * weight], traced.rays)[:, 0]
             for hit, weight in zip(traced.hits, traced.weights, strict=True)
         ]
-        found[traced.order, channel] = np.concatenate(sums)
-    return found
+        means[traced.order, channel] = np.concatenate(sums)
+    return means

@@ -1,8 +1,8 @@
-"""What a group of points knows before it gathers: which triangles of its hemisphere deserve how many of its rays.
+"""The guide of a group of points: how many of its rays each triangle of its hemisphere deserves.
 
-A triangle T deserves rays as its projected solid angle Omega'_T times its complexity C_T, mixed with a floor that goes
-as the cosine does. Complexity says where radiance may vary, not that it does: a group whose rays that looked saw too
-little vary for the guide to gain has its rays spread evenly, as if there were no guide.
+The share of rays of a triangle T is in proportion to its projected solid angle Omega'_T times its complexity C_T, mixed
+with a floor in proportion to Omega'_T alone. Complexity says where radiance may vary, not that it does. Where the rays
+that looked saw too little variation for the guide to gain, the rays of a group are spread evenly, without a guide.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ Integers = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class Guide:
-    """Triangles of groups and how many rays they deserve. Groups without triangles have rays spread evenly."""
+    """Triangles of groups and how many rays they deserve. Rays of groups without triangles are spread evenly."""
 
     groups: Groups
     regions: Regions
     first: Integers
-    """(G + 1,): where the triangles of each group begin, and their number."""
+    """(G + 1,): where the triangles of each group begin, and as the last entry the number of triangles."""
     share: Floats
-    """(R,): of the rays of its group that each triangle deserves."""
+    """(R,): share of the rays of its group that each triangle deserves, 0 to 1."""
 
     @property
     def guided(self) -> NDArray[np.bool_]:
         """Whether each point (P,) is in a group with triangles."""
-        found: NDArray[np.bool_] = (np.diff(self.first) > 0)[self.groups.group_of]
-        return found
+        is_guided: NDArray[np.bool_] = (np.diff(self.first) > 0)[self.groups.group_of]
+        return is_guided
 
 
 @dataclass(frozen=True)
@@ -42,42 +42,49 @@ class Guidance:
     """How rays are guided."""
 
     kind: Kind = "deviation"
+    """Kind of complexity, see ``Division``."""
     threshold: float = 0.6
+    """Complexity above which a triangle is split."""
     depth: int = 2
+    """Largest number of times that a triangle is split."""
     members: int = 256
-    """Points of a group at most; groups of less than half are not worth a look."""
+    """Largest number of points of a group; groups of less than half of it do not look and are not guided."""
     look: float = 1 / 16
-    """Share of the rays that looks, in a full group; twice as much in the smallest."""
+    """Share of the rays that look, in a full group; it is twice as much in the smallest group that looks."""
     floor: float = 0.5
-    """Share of the other rays that goes as the cosine does."""
+    """Share of the gathering rays that are distributed as the cosine."""
     worth: float = 1.15
-    """A group whose expected gain is less is not guided, nor looked at further."""
+    """Smallest expected gain with which a group is guided or looks further."""
     overall: float = 1.1
-    """If a sample of groups is not sure to gain as much on average, none is guided."""
+    """Smallest mean gain, less one standard error, of a sample of groups with which any group is guided."""
 
 
 FEWEST, MANY = 64, 1024
-"""Rays that look through a triangle."""
+"""Smallest and largest number of rays that look through one triangle."""
 SAMPLE = 16
-"""Groups that look first, at least; fewer than twice as many."""
+"""Smallest size of the sample of groups that look first; it is less than twice as large, or all groups if they are
+fewer."""
 
 
 def division_for(guidance: Guidance, rays: int) -> Division | None:
-    """Return how groups whose points have ``rays`` rays each divide their hemispheres; None if they cannot afford it.
+    """Return how groups whose points have ``rays`` rays each divide their hemispheres; None for too few rays.
 
-    Half of the triangles of a level are split at most, so 4 (2^(depth + 1) - 1) are looked through.
+    At most half of the triangles of a level are split, so at most 4 (2^(depth + 1) - 1) triangles are looked through.
     """
     budget = guidance.look * rays * guidance.members
     for depth in range(guidance.depth, -1, -1):
-        each = int(budget / (4 * (2 ** (depth + 1) - 1)))
-        if each >= FEWEST:
-            several = min(2 ** int(np.log2(each)), MANY)
-            return Division(guidance.kind, guidance.threshold, depth, several, 0.5)
+        rays_per_triangle = int(budget / (4 * (2 ** (depth + 1) - 1)))
+        if rays_per_triangle >= FEWEST:
+            ray_count = min(2 ** int(np.log2(rays_per_triangle)), MANY)
+            return Division(guidance.kind, guidance.threshold, depth, ray_count, 0.5)
     return None
 
 
 def make_guide(see: See, groups: Groups, division: Division, guidance: Guidance, surfaces: int, seed: int) -> Guide:
-    """Return the guide of groups, after a look: a sample of them looks first."""
+    """Return the guide of groups. A sample of the groups looks first; the others look only if the sample gains.
+
+    ``surfaces``: number of IDs that rays may see, see ``subdivide``.
+    """
     count, sizes = len(groups), np.diff(groups.first)
 
     def worth(regions: Regions) -> NDArray[np.bool_]:
@@ -86,22 +93,22 @@ def make_guide(see: See, groups: Groups, division: Division, guidance: Guidance,
     large = np.flatnonzero(2 * sizes >= guidance.members)
     sampled = np.arange(len(large)) % max(len(large) // SAMPLE, 1) == 0
     regions = subdivide(see, groups, division, surfaces, seed, large[sampled], worth)
-    kept = np.zeros(count, bool)
+    is_worthwhile = np.zeros(count, bool)
     if sure_gain(regions, sizes, guidance.floor) >= guidance.overall:
-        others = subdivide(see, groups, division, surfaces, seed + 1, large[~sampled], worth)
-        regions = regions.together(others)
-        kept = worth(regions)
-    some = kept[regions.group]
-    counts = np.bincount(regions.group[some], minlength=count)
-    share = shares(regions, count, guidance.floor)[some]
-    return Guide(groups, regions.where(some), np.concatenate([[0], np.cumsum(counts)]), share)
+        other_regions = subdivide(see, groups, division, surfaces, seed + 1, large[~sampled], worth)
+        regions = regions.together(other_regions)
+        is_worthwhile = worth(regions)
+    is_used = is_worthwhile[regions.group]
+    counts = np.bincount(regions.group[is_used], minlength=count)
+    share = shares(regions, count, guidance.floor)[is_used]
+    return Guide(groups, regions.where(is_used), np.concatenate([[0], np.cumsum(counts)]), share)
 
 
 def sure_gain(regions: Regions, sizes: Integers, floor: float) -> float:
-    """Return the mean gain of groups that looked, less one standard error; ``sizes`` (G,): points of all groups.
+    """Return the mean gain of groups that looked, less one standard error; ``sizes`` (G,): points of each group.
 
-    It is a mean of logarithms, each by the error that the group's points are expected to have: no single group that
-    chance made bright decides for all.
+    It is a mean of logarithms, weighted by the error that the points of each group are expected to have, so that no
+    single group that chance made bright decides for all.
     """
     even, guided = variances(regions, len(sizes), floor)
     seen = guided > 0
@@ -115,9 +122,9 @@ def sure_gain(regions: Regions, sizes: Integers, floor: float) -> float:
 
 
 def shares(regions: Regions, groups: int, floor: float, seen: int = WHOLE) -> Floats:
-    """Return the share (R,) of a group's rays that each triangle deserves; they add up to 1 in each group.
+    """Return the share (R,) of the rays of its group that each triangle deserves; shares of a group add up to 1.
 
-    ``seen``: by which of the rays that looked.
+    ``seen``: column of the complexity to use, ``WHOLE`` or one of ``HALVES`` of the rays that looked.
     """
     even = regions.pyramid.projected[regions.triangle] / np.pi
     complexity = even * np.maximum(regions.complexity[:, seen], 0)
@@ -126,22 +133,23 @@ def shares(regions: Regions, groups: int, floor: float, seen: int = WHOLE) -> Fl
 
 
 def gain(regions: Regions, groups: int, floor: float) -> Floats:
-    """Return the variance (G,) that even rays are expected to have over that of guided ones; 1 if none is seen."""
+    """Return the expected variance of evenly spread rays over that of guided rays (G,); 1 where no variance is seen."""
     even, guided = variances(regions, groups, floor)
     return np.divide(even, guided, out=np.ones(groups), where=guided > 0)
 
 
 def variances(regions: Regions, groups: int, floor: float) -> tuple[Floats, Floats]:
-    """Return the variance (G,) that even rays of a group are expected to have, and guided ones, in the same unit.
+    """Return the variances (G,) that evenly spread and guided rays of a group are expected to have, in the same unit.
 
-    The lattice of a triangle errs where edges cross its cells: sum_T Omega'_T sigma_T^2 / density_T^1.5. Shares by one
-    half of the rays that looked are judged by the other, or a few lights hit by chance would seem worth a guide.
+    The lattice of a triangle errs where edges cross its cells: sum_T Omega'_T sigma_T^2 / density_T^1.5. Shares that
+    follow from one half of the rays that looked are judged by the other half; otherwise a few lights hit by chance
+    would seem worth a guide.
     """
     projected = regions.pyramid.projected[regions.triangle]
     even, guided = np.zeros(groups), np.zeros(groups)
-    for own, other in (HALVES, HALVES[::-1]):
-        density = shares(regions, groups, floor, own) * np.pi / projected
-        variance = projected * np.square(regions.deviation[:, other])
+    for seen, judged in (HALVES, HALVES[::-1]):
+        density = shares(regions, groups, floor, seen) * np.pi / projected
+        variance = projected * np.square(regions.deviation[:, judged])
         even += np.bincount(regions.group, variance, groups)
         guided += np.bincount(regions.group, variance / density**1.5, groups)
     return even, guided

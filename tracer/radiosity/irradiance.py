@@ -1,7 +1,8 @@
-"""Irradiance of points: rays of each hemisphere, each of which stands for a part of it.
+"""Irradiance of points, as the weighted sum of the radiance along rays of each hemisphere.
 
-E(x) is the integral of L cos over the hemisphere. Of rays that go as a density q times that of the cosine, j stands for
-w_j = pi / (N q_j), and E = sum_j w_j L_j; in strata, for Omega'_T / n_T. Its expectation is E wherever the rays go.
+E(x) is the integral of L cos over the hemisphere. If N rays have q times the density of the cosine, ray j has the
+weight w_j = pi / (N q_j), or Omega'_T / n_T in strata, and E = sum_j w_j L_j. The expectation of the sum is E however
+the rays are distributed.
 """
 
 from __future__ import annotations
@@ -27,12 +28,12 @@ Chosen = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Gathered:
-    """Irradiance and what it took."""
+    """Irradiance of points and the number of rays that it took."""
 
     irradiance: Floats
-    """(P, 3)."""
+    """(P, 3): irradiance of each point, by channel."""
     rays: int
-    """Traced."""
+    """Number of rays traced."""
 
 
 def gather(
@@ -40,41 +41,42 @@ def gather(
 ) -> Gathered:
     """Return irradiance from ``rays`` rays a point.
 
-    ``guided`` (P,): points whose rays go ``way``, those of the others evenly. All do without.
+    ``guided`` (P,): whether the rays of a point are spread by ``way``; otherwise they are spread evenly. Without
+    ``guided``, the rays of all points are spread by ``way``.
     """
     total = np.zeros((len(groups.points), 3))
-    for points, how in passes(len(total), rays, way, guided):
-        ray, weight = hemisphere_rays(groups, points, rays, how, seed)
+    for points, point_way in passes(len(total), rays, way, guided):
+        ray, weight = hemisphere_rays(groups, points, rays, point_way, seed)
         _, radiance = see(ray)
         total[points] = sums_of_rays([channel * weight for channel in radiance], rays)
     return Gathered(total, rays * len(total))
 
 
 def passes(count: int, rays: int, way: Way, guided: Chosen | None = None) -> Iterator[tuple[Integers, Way]]:
-    """Yield points that gather at once, by number, and how their rays go.
+    """Yield the numbers of the points of each pass, and the way in which their rays are spread.
 
-    A pass in which all rays go evenly does not pay for the guidance of others.
+    Guided and other points have passes of their own, so that evenly spread rays are not slowed down by guidance.
     """
-    everyone = np.arange(count)
-    parts = [(everyone, way)] if guided is None else [(everyone[guided], way), (everyone[~guided], evenly)]
-    most = max(1, MOST_RAYS // rays)
-    for points, how in parts:
-        for first in range(0, len(points), most):
-            yield points[first : first + most], how
+    all_points = np.arange(count)
+    parts = [(all_points, way)] if guided is None else [(all_points[guided], way), (all_points[~guided], evenly)]
+    points_per_pass = max(1, MOST_RAYS // rays)
+    for points, point_way in parts:
+        for first in range(0, len(points), points_per_pass):
+            yield points[first : first + points_per_pass], point_way
 
 
 def hemisphere_rays(groups: Groups, points: Integers, rays: int, way: Way, seed: int) -> tuple[mi.Ray3f, mi.Float]:
-    """Return ``rays`` rays of each of some points, by number, and what each stands for of pi."""
-    lane, number = divide(dr.arange(mi.UInt32, len(points) * rays), rays)
-    point = dr.gather(mi.UInt32, upload(mi.UInt32, points), lane)
-    local, weight = way(point, number, dr.opaque(mi.UInt32, rays), seed)
+    """Return ``rays`` rays of each point, given by number, and their weights, which add up to about pi for a point."""
+    row, ray_index = divide(dr.arange(mi.UInt32, len(points) * rays), rays)
+    point = dr.gather(mi.UInt32, upload(mi.UInt32, points), row)
+    local, weight = way(point, ray_index, dr.opaque(mi.UInt32, rays), seed)
     return groups.leave(point, local), weight
 
 
 def sums_of_rays(channels: list[Any], rays: int) -> Floats:
-    """Return the sums (P, C) of what each ``rays`` rays in turn bring, by channel (mi.Float).
+    """Return the sums (P, C) over every ``rays`` successive entries of each channel (mi.Float).
 
-    In double precision: a million like terms added one after the other are off by 3e-4 in single.
+    They are added in double precision: a million like terms added one after the other are off by 3e-4 in single.
     """
     wide = dr.float64_array_t(mi.Float)
     sums = [dr.block_sum(wide(channel), rays) for channel in channels]

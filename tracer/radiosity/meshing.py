@@ -1,4 +1,4 @@
-"""Cut the faces of a scene into patches, and ask their materials and lights what they are."""
+"""Cut the faces of a scene into patches, and find what each patch reflects and emits."""
 
 from __future__ import annotations
 
@@ -21,49 +21,50 @@ from tracer.radiosity.tessellate import name_of, tessellated
 
 Integers = NDArray[np.int64]
 MOST_PATCHES = 1 << 24
+"""Largest number of patches, counting only fronts."""
 EXTENT = 40
-"""Patches along the scene's largest extent, unless a size is given."""
+"""Number of patch edges along the scene's largest side, from which their length follows if no size is given."""
 FLAT = 1e-7
-"""Area of a face over the square of its longest edge below which it has none, in single precision."""
+"""Twice the area of a face over the square of its longest edge, up to which single precision finds it flat."""
 SMALLEST = 1e-18
-"""Twice the area of a face whose normal single precision can still tell."""
+"""Twice the area of a face, up to which single precision cannot tell its normal."""
 BRIGHTEST = 1 + 1e-4
-"""Albedo beyond which a surface makes light."""
+"""Largest albedo that is accepted: a surface that reflects all light, with a margin for rounding."""
 
 
 def cut(scene: Any, size: float | None = None) -> Patches:
-    """Return the patches of a loaded scene whose edges are at most ``size`` long; its faces as they are without.
+    """Return the patches of a loaded scene, with edges at most ``size`` long; without a size, faces are not cut.
 
-    Spheres, disks and cylinders become meshes; faces without area are no patches. Raises SceneError for what has no
-    radiosity: other shapes, no light, a light without area, an albedo of more than 1.
+    Spheres, disks and cylinders become meshes, and faces without area are left out. Raises SceneError for scenes
+    without a solution: other shapes, no light, a light without area, an albedo of more than 1, too many patches.
     """
     check(scene)
     names = other_than_diffuse(scene)
     scene = tessellated(scene, size or extent(scene) / EXTENT)
     shapes = [shape for shape in scene.shapes() if shape.primitive_count()]
-    fronts, backs, behind, cuts = [], [], [], []
+    fronts, backs, has_backs, cuts = [], [], [], []
     total = 0
     for shape in shapes:
         corners = corners_of(shape)
-        n = cuts_of(shape, corners, size)
-        total += int((n**2).sum())
+        cut_counts = cuts_of(shape, corners, size)
+        total += int((cut_counts**2).sum())
         if total > MOST_PATCHES:
             raise SceneError(f"Edges of {size:g} make more than {MOST_PATCHES} patches; allow longer ones.")
-        cuts.append(n)
-        if not n.any():
-            behind.append(np.zeros(0, bool))
+        cuts.append(cut_counts)
+        if not cut_counts.any():
+            has_backs.append(np.zeros(0, bool))
             continue
-        face, places = cells_of(n)
+        face, places = cells_of(cut_counts)
         areas = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=-1)
-        fronts.append(side(shape, face, places, areas[face] / n[face] ** 2, front=True))
-        back = side(shape, face, places, areas[face] / n[face] ** 2, front=False)
-        lit = bool(np.any(back[3] > 0) or np.any(back[4] > 0))
-        backs += [back] if lit else []
-        behind.append(np.full(len(face), lit))
+        fronts.append(side(shape, face, places, areas[face] / cut_counts[face] ** 2, front=True))
+        back = side(shape, face, places, areas[face] / cut_counts[face] ** 2, front=False)
+        has_patch = bool(np.any(back[3] > 0) or np.any(back[4] > 0))
+        backs += [back] if has_patch else []
+        has_backs.append(np.full(len(face), has_patch))
     if not fronts:
         raise SceneError("There is nothing to light: no face of the scene has an area.")
     centres, normals, areas, albedo, emitted = (
-        np.concatenate([part[k] for part in (*fronts, *backs)]) for k in range(5)
+        np.concatenate([columns[k] for columns in (*fronts, *backs)]) for k in range(5)
     )
     if albedo.max(initial=0) > BRIGHTEST:
         place = centres[albedo.max(axis=1).argmax()].round(3).tolist()
@@ -72,8 +73,8 @@ def cut(scene: Any, size: float | None = None) -> Patches:
         )
     if not scene.emitters():
         raise SceneError("There is no light in the scene; give a shape an area emitter, or let the surroundings shine.")
-    has_back, each = np.concatenate(behind), np.concatenate(cuts) ** 2
-    face_of = np.repeat(np.arange(len(each)), each)
+    has_back, cell_counts = np.concatenate(has_backs), np.concatenate(cuts) ** 2
+    face_of = np.repeat(np.arange(len(cell_counts)), cell_counts)
     numbers = np.where(has_back, len(has_back) + np.cumsum(has_back) - 1, NOTHING)
     return Patches(
         scene=scene,
@@ -83,8 +84,8 @@ def cut(scene: Any, size: float | None = None) -> Patches:
         albedo=albedo,
         emitted=emitted,
         not_diffuse=names,
-        first_face=first_faces(shapes, [len(n) for n in cuts]),
-        first_cell=upload(mi.UInt32, np.cumsum(each) - each),
+        first_face=first_faces(shapes, [len(cut_counts) for cut_counts in cuts]),
+        first_cell=upload(mi.UInt32, np.cumsum(cell_counts) - cell_counts),
         cuts=upload(mi.UInt32, np.concatenate(cuts)),
         back=upload(mi.UInt32, numbers),
         face=upload(mi.UInt32, np.concatenate([face_of, face_of[has_back]])),
@@ -92,7 +93,7 @@ def cut(scene: Any, size: float | None = None) -> Patches:
 
 
 def extent(scene: Any) -> float:
-    """Return the largest side of what surrounds a scene."""
+    """Return the largest side of the bounding box of a scene."""
     box = scene.bbox()
     return float(np.max(np.array(box.max, np.float64) - np.array(box.min, np.float64)))
 
@@ -119,22 +120,22 @@ def corners_of(shape: Any) -> Floats:
 
 
 def cuts_of(shape: Any, corners: Floats, size: float | None) -> Integers:
-    """Return into how many parts (F,) the edges of each face are cut; 0 where it has no area."""
+    """Return the number of parts (F,) into which the edges of each face are cut; 0 for a face without area."""
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1).max(axis=1, initial=0)
-    twice = np.linalg.norm(across, axis=-1)
-    has_area = (twice > FLAT * longest**2) & (twice > SMALLEST)
-    n = np.where(has_area, np.maximum(np.ceil(longest / (size or np.inf) - 1e-9), 1), 0)
-    if np.sum(n**2) > MOST_PATCHES:
+    twice_area = np.linalg.norm(across, axis=-1)
+    has_area = (twice_area > FLAT * longest**2) & (twice_area > SMALLEST)
+    cut_counts = np.where(has_area, np.maximum(np.ceil(longest / (size or np.inf) - 1e-9), 1), 0)
+    if np.sum(cut_counts**2) > MOST_PATCHES:
         raise SceneError(
             f"Edges of {size:g} cut {name_of(shape)} into more than {MOST_PATCHES} patches; allow longer ones."
         )
-    return n.astype(np.int64)
+    return cut_counts.astype(np.int64)
 
 
 @cache
 def cell_corners(cuts: int) -> Floats:
-    """Return the barycentric coordinates (n^2, 3, 2) of the corners of the cells of a face, in their order."""
+    """Return the barycentric coordinates (n^2, 3, 2) of the corners of the cells of a face, in the order of cells."""
     cells = []
     for i in range(cuts):
         for j in range(cuts - i):
@@ -145,28 +146,31 @@ def cell_corners(cuts: int) -> Floats:
 
 
 def cell_centres(cuts: int) -> Floats:
-    """Return the barycentric coordinates (n^2, 2) of the middles of the cells of a face, in their order."""
+    """Return the barycentric coordinates (n^2, 2) of the middles of the cells of a face, in the order of cells."""
     middles: Floats = cell_corners(cuts).mean(axis=1)
     return middles
 
 
 def cells_of(cuts: Integers) -> tuple[Integers, Floats]:
-    """Return the face (C,) and the barycentric coordinates (C, 2) of the middle of every cell of faces (F,)."""
+    """Return the face (C,) and the barycentric coordinates (C, 2) of the middle of every cell; ``cuts`` (F,)."""
     places = {n: cell_centres(n) for n in np.unique(cuts).tolist()}
-    none: Floats = np.zeros((0, 2))
-    return np.repeat(np.arange(len(cuts)), cuts**2), np.concatenate([none, *(places[n] for n in cuts.tolist())])
+    no_places: Floats = np.zeros((0, 2))
+    return np.repeat(np.arange(len(cuts)), cuts**2), np.concatenate([no_places, *(places[n] for n in cuts.tolist())])
 
 
 def side(shape: Any, face: Integers, places: Floats, areas: Floats, front: bool) -> tuple[Floats, ...]:
-    """Return (centres, normals, areas, albedo, emitted) of one side of the cells of a shape."""
-    found = dr.zeros(mi.PreliminaryIntersection3f, len(face))
-    found.t = 1
-    found.prim_index = upload(mi.UInt32, face)
-    found.prim_uv = mi.Point2f(*(upload(mi.Float, each) for each in places.T))
-    interaction = shape.compute_surface_interaction(dr.zeros(mi.Ray3f, len(face)), found, mi.RayFlags.All)
+    """Return (centres, normals, areas, albedo, emitted) of the front or the back of the C cells of a shape.
+
+    Each has the shape (C, 3), ``areas`` (C,). ``face`` (C,) and ``places`` (C, 2) are those of ``cells_of``.
+    """
+    intersection = dr.zeros(mi.PreliminaryIntersection3f, len(face))
+    intersection.t = 1
+    intersection.prim_index = upload(mi.UInt32, face)
+    intersection.prim_uv = mi.Point2f(*(upload(mi.Float, coordinate) for coordinate in places.T))
+    interaction = shape.compute_surface_interaction(dr.zeros(mi.Ray3f, len(face)), intersection, mi.RayFlags.All)
     interaction.wi = mi.Vector3f(0, 0, 1 if front else -1)
     normals = np.array(interaction.n, np.float64).T * (1 if front else -1)
-    # Materials know their front from the normals for shading.
+    # The front of a material is the side of the shading normal.
     normals[np.array(dr.dot(interaction.n, interaction.sh_frame.n)) < 0] *= -1
     albedo = np.zeros((len(face), 3))
     if shape.bsdf() is not None and reflects(shape, front):
@@ -188,5 +192,8 @@ def reflects(shape: Any, front: bool) -> bool:
 
 
 def first_faces(shapes: list[Any], counts: list[int]) -> Any:
-    """Return the number of the first face (mi.UInt32) of each shape, by Mitsuba's number of the shape."""
+    """Return a table (mi.UInt32) from Mitsuba's number of a shape to the number of its first face.
+
+    ``counts``: number of faces of each shape.
+    """
     return table_by_shape(shapes, np.cumsum(counts) - counts)

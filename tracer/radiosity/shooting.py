@@ -1,8 +1,8 @@
 """The radiosity of all patches by progressive shooting (the paper, section 4.2): the brightest send their light first.
 
-A step takes the patches that have most left to send, together half of all that is left, and sends it along rays of
-about one power. A ray of triangle T carries Phi Omega'_T / (pi n_T), so that all of it is sent, and what is emitted is
-absorbed, lost or still to be sent, to the last bit that double precision keeps.
+A step takes the patches with the most unsent power, which have half of all unsent power together, and sends their
+power along rays of about equal power. A ray of triangle T carries Phi Omega'_T / (pi n_T), so that a patch sends
+exactly its power Phi: all emitted power is absorbed, lost or still unsent, within the rounding of double precision.
 """
 
 from __future__ import annotations
@@ -29,8 +29,9 @@ from tracer.radiosity.strata import Strata
 
 Integers = NDArray[np.int64]
 AT_ONCE = 0.5
-"""Share of what is left that a step sends."""
+"""Share of the unsent power that a step sends, at least."""
 MOST_STEPS = 10_000
+"""Largest number of steps of a solution."""
 
 
 @dataclass(frozen=True)
@@ -38,19 +39,21 @@ class Shot:
     """Radiosity of patches, and where the power went."""
 
     radiosity: Floats
-    """(P, 3): power per area that leaves each patch, what it has yet to send too."""
+    """(P, 3): power per area that leaves each patch, including power that is unsent."""
     supplied: Floats
-    """(3,): power that is emitted, or comes from around and is reflected at once."""
+    """(3,): power that is emitted, or arrives from the surroundings and is reflected at once."""
     absorbed: Floats
-    """(3,): power that patches did not reflect."""
+    """(3,): power that arrived at patches and was not reflected."""
     lost: Floats
-    """(3,): power that went past all patches, or hit a side that is none."""
+    """(3,): power that missed all patches, or hit a back that is no patch."""
     unsent: Floats
-    """(3,): power that was not sent yet when enough was."""
+    """(3,): power that was still unsent at the end."""
     residual: float
-    """Share of the power that is unsent."""
+    """Unsent power as a share of the supplied power."""
     rounds: int
+    """Number of steps."""
     rays: int
+    """Number of rays traced, including those that looked and those to the surroundings."""
     guided: float = 0.0
     """Share of the patches whose rays were guided."""
 
@@ -61,27 +64,28 @@ def shoot(
     residual: float = 1e-5,
     seed: int = 0,
     guidance: Guidance | None = None,
-    told: StepCallback = silent,
+    on_step: StepCallback = silent,
 ) -> Shot:
-    """Return the solution when a share ``residual`` of the power is left to send.
+    """Return the solution, shot until no more than the share ``residual`` of the supplied power is unsent.
 
-    ``rays``: of each patch on average, for the power that is emitted; reflected power takes more of them.
+    ``rays``: number of rays of each patch on average, for the supplied power; power that is reflected later takes more
+    rays. Raises SettingsError for too many rays, and SceneError if the steps do not converge.
     """
     refuse_too_many(rays, len(patches))
     groups = neighbours(patches.points, guidance.members if guidance else MOST_RAYS)
-    way, looked, guided = way_for(patches, groups, rays, guidance, seed)
+    way, look_rays, guided = way_for(patches, groups, rays, guidance, seed)
     around = np.zeros((len(patches), 3))
     if patches.scene.environment() is not None:
-        around = trace(patches, groups, rays, seed, True, told).around
-        looked += rays * len(patches)
+        around = trace(patches, groups, rays, seed, True, on_step).around
+        look_rays += rays * len(patches)
     areas = patches.areas[:, None]
     received = areas * around
     unsent = areas * patches.emitted + patches.albedo * received
     supplied = unsent.sum(axis=0)
-    # What the surroundings bring and is absorbed at once is not power of a patch.
+    # Light of the surroundings that is absorbed at once never becomes power of a patch, so it is not counted.
     absorbed, lost = np.zeros(3), np.zeros(3)
     grey = max(float(supplied.mean()), 1e-300)
-    one_ray = grey / (rays * len(patches))
+    power_of_ray = grey / (rays * len(patches))
     sent, steps = 0, 0
     while unsent.sum() / 3 > residual * grey and steps < MOST_STEPS:
         left = float(unsent.sum() / 3 / grey)
@@ -90,56 +94,60 @@ def shoot(
                 f"Light goes to and fro for ever: {100 * left:.0f} % is left after {steps} steps. The largest albedo "
                 f"is {patches.albedo.max():.4g}; make it less than 1, or let some light out."
             )
-        told(f"step {steps}: {left:.1e} of the power left", int(100 * progress(left, residual)), 100)
+        on_step(f"step {steps}: {left:.1e} of the power left", int(100 * progress(left, residual)), 100)
         chosen = brightest(unsent.mean(axis=1))
-        counts = np.minimum(np.ceil(unsent[chosen].mean(axis=1) / one_ray), MOST_RAYS).astype(np.int64)
-        arrived, missed = send(patches, groups, way, chosen, counts, unsent[chosen], seed + 1 + steps)
+        counts = np.minimum(np.ceil(unsent[chosen].mean(axis=1) / power_of_ray), MOST_RAYS).astype(np.int64)
+        arriving, missing = send(patches, groups, way, chosen, counts, unsent[chosen], seed + 1 + steps)
         unsent[chosen] = 0
-        received += arrived
-        unsent += patches.albedo * arrived
-        absorbed += ((1 - patches.albedo) * arrived).sum(axis=0)
-        lost += missed
+        received += arriving
+        unsent += patches.albedo * arriving
+        absorbed += ((1 - patches.albedo) * arriving).sum(axis=0)
+        lost += missing
         sent, steps = sent + int(counts.sum()), steps + 1
     radiosity = patches.emitted + patches.albedo * received / areas
-    rest = float(unsent.sum() / 3 / grey)
-    return Shot(radiosity, supplied, absorbed, lost, unsent.sum(axis=0), rest, steps, sent + looked, guided)
+    final_share = float(unsent.sum() / 3 / grey)
+    return Shot(radiosity, supplied, absorbed, lost, unsent.sum(axis=0), final_share, steps, sent + look_rays, guided)
 
 
 def way_for(
     patches: Patches, groups: Groups, rays: int, guidance: Guidance | None, seed: int
 ) -> tuple[Way, int, float]:
-    """Return how rays leave, how many looked for it, and the share of patches guided.
+    """Return the way in which rays are spread, the number of rays that looked for it, and the share of guided patches.
 
-    They look at patches, not at light: all is dark yet.
+    Rays look at patches only, because no radiosity is known yet.
     """
     division = division_for(guidance, rays) if guidance else None
     if guidance is None or division is None:
         return evenly, 0, 0.0
     see = by_face(patches, patches.see(np.zeros((len(patches), 3)), surroundings=False))
-    # Without light there is no telling what is worth it.
+    # Without light no gain can be estimated, so that every group is guided.
     guide = make_guide(see, groups, division, replace(guidance, worth=0.0, overall=0.0), patches.faces, seed)
     return Strata(guide), guide.regions.rays, float(guide.guided.mean())
 
 
 def progress(left: float, residual: float) -> float:
-    """Return how far from 1 to the residual what is left has come, in logarithms."""
+    """Return the part of the way, 0 to 1, that the share ``left`` of unsent power has come from 1 to ``residual``.
+
+    The way is measured in logarithms.
+    """
     return float(np.clip(np.log(max(left, 1e-30)) / np.log(residual), 0, 1))
 
 
 def brightest(power: Floats) -> Integers:
-    """Return the patches that have most to send, as many as have ``AT_ONCE`` of it together."""
+    """Return the patches with the most unsent power: the fewest that have the share ``AT_ONCE`` of it together."""
     order = np.argsort(-power, kind="stable")
-    some = np.searchsorted(np.cumsum(power[order]), AT_ONCE * power.sum()) + 1
-    chosen: Integers = order[:some]
+    count = np.searchsorted(np.cumsum(power[order]), AT_ONCE * power.sum()) + 1
+    chosen: Integers = order[:count]
     return chosen[power[chosen] > 0]
 
 
 def send(
     patches: Patches, groups: Groups, way: Way, chosen: Integers, counts: Integers, power: Floats, seed: int
 ) -> tuple[Floats, Floats]:
-    """Return the power that arrives at all patches (P, 3) and that misses them (3,), of ``power`` (C, 3) sent.
+    """Return the power that arrives at all patches (P, 3), and the power that misses them (3,).
 
-    ``counts`` (C,): rays of the patches ``chosen`` (C,).
+    ``chosen`` (C,): numbers of the patches that send. ``counts`` (C,) and ``power`` (C, 3): their rays and the power
+    that they send.
     """
     wide = dr.float64_array_t(mi.Float)
     arrived = [dr.zeros(wide, len(patches) + 1) for _ in range(3)]
@@ -148,23 +156,23 @@ def send(
     while begin < len(chosen):
         before = ends[begin] - counts[begin]
         end = max(begin + 1, int(np.searchsorted(ends, before + MOST_RAYS, side="right")))
-        some = slice(begin, end)
-        lane = upload(mi.UInt32, np.repeat(np.arange(end - begin), counts[some]))
-        point, many, start = (
-            dr.gather(mi.UInt32, upload(mi.UInt32, each), lane)
-            for each in (chosen[some], counts[some], ends[some] - counts[some] - before)
+        batch = slice(begin, end)
+        lane = upload(mi.UInt32, np.repeat(np.arange(end - begin), counts[batch]))
+        point, ray_count, start = (
+            dr.gather(mi.UInt32, upload(mi.UInt32, values), lane)
+            for values in (chosen[batch], counts[batch], ends[batch] - counts[batch] - before)
         )
-        local, weight = way(point, dr.arange(mi.UInt32, dr.width(lane)) - start, many, seed)
+        local, weight = way(point, dr.arange(mi.UInt32, dr.width(lane)) - start, ray_count, seed)
         hit = patches.find(groups.leave(point, local))
         weights = wide(weight)
-        # Single precision loses some of it: what stands for pi together is pi.
+        # The weights of a patch add up to pi only within single precision: scale their sum to 1.
         total = dr.zeros(wide, end - begin)
         dr.scatter_add(total, weights, lane)
         weights /= dr.gather(wide, total, lane)
         target = dr.select(hit == NOTHING, len(patches), hit)
-        for k in range(3):
-            dr.scatter_add(arrived[k], weights * dr.gather(wide, wide(power[some, k]), lane), target)
+        for channel in range(3):
+            dr.scatter_add(arrived[channel], weights * dr.gather(wide, wide(power[batch, channel]), lane), target)
         dr.eval(arrived)
         begin = end
-    found = np.stack([channel.numpy() for channel in arrived], axis=-1)
-    return found[:-1], found[-1]
+    sums = np.stack([sum_of_channel.numpy() for sum_of_channel in arrived], axis=-1)
+    return sums[:-1], sums[-1]

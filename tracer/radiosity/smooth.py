@@ -1,7 +1,8 @@
-"""Radiosity at the corners of patches, for display: what a patch shows then changes evenly to that of its neighbours.
+"""Radiosity at the corners of patches, for display: radiosity then changes gradually from a patch to its neighbours.
 
-A corner has the mean of the patches of its shape that meet there, by area. They meet where place and normal are the
-same: those of the face, or of its vertices if the shape has any, and then it is meant to look round.
+A corner has the mean radiosity, weighted by area, of the patches of its shape that meet there. Patches meet where the
+place and the normal of their corners are the same. The normals are those of the vertices if the shape has any, as it is
+then meant to look round, and those of the faces otherwise.
 """
 
 from __future__ import annotations
@@ -21,11 +22,11 @@ from tracer.radiosity.patches import Patches, in_cell, look_up, on_device
 
 Integers = NDArray[np.int64]
 FINENESS = 1 << 20
-"""Places along the scene in which corners are told apart."""
+"""Number of steps along the scene's largest extent to which the places of corners are rounded for comparison."""
 
 
 class Smooth:
-    """Radiosity that changes evenly within patches."""
+    """Radiosity that is interpolated within patches from their corners."""
 
     def __init__(self, patches: Patches, radiosity: Floats) -> None:
         corner = corner_numbers(patches)
@@ -37,12 +38,12 @@ class Smooth:
         sums = [np.bincount(corner.ravel(), weights * np.repeat(channel, 3), count) for channel in radiosity.T]
         self.values = on_device(np.stack(sums, axis=-1) / (np.pi * area[:, None]))
 
-    def at(self, found: Any, ray: Any) -> Any:
-        """Return the radiance (mi.Color3f) of each hit (mi.PreliminaryIntersection3f) of a ray; 0 where none is."""
-        patch = self.patches.at(found, ray)
+    def at(self, intersection: Any, ray: Any) -> Any:
+        """Return the radiance (mi.Color3f) at each hit (mi.PreliminaryIntersection3f) of a ray; 0 where no patch is."""
+        patch = self.patches.at(intersection, ray)
         hit = patch != NOTHING
-        cuts = dr.gather(mi.UInt32, self.patches.cuts, self.patches.face_at(found), hit)
-        weights = corner_weights(found.prim_uv, cuts)
+        cuts = dr.gather(mi.UInt32, self.patches.cuts, self.patches.face_at(intersection), hit)
+        weights = corner_weights(intersection.prim_uv, cuts)
         radiance = mi.Color3f(0)
         for k, weight in enumerate(weights):
             corner = dr.gather(mi.UInt32, self.corner, 3 * patch + k, hit)
@@ -51,42 +52,45 @@ class Smooth:
 
 
 def corner_weights(place: Any, cuts: Any) -> tuple[Any, Any, Any]:
-    """Return what each corner of the cell weighs at barycentric places (mi.Point2f) on faces that are cut."""
+    """Return the weight (mi.Float) of each corner of a cell at barycentric places (mi.Point2f) on faces.
+
+    ``cuts`` (mi.UInt32): the number of parts that the edges of the faces are cut into.
+    """
     _, _, u, v, upper = in_cell(place, cuts)
     return dr.select(upper, u + v - 1, 1 - u - v), dr.select(upper, 1 - u, u), dr.select(upper, 1 - v, v)
 
 
 def corner_numbers(patches: Patches) -> Integers:
-    """Return the numbers (P, 3) of the corners of all patches; those that meet have the same."""
+    """Return the numbers (P, 3) of the corners of all patches; corners that meet have the same number."""
     cuts = patches.cuts.numpy().astype(np.int64)
     places, normals, shapes = [], [], []
     first = 0
-    for number, shape in enumerate(each for each in patches.scene.shapes() if each.primitive_count()):
+    for number, shape in enumerate(shape for shape in patches.scene.shapes() if shape.primitive_count()):
         corners = corners_of(shape)
-        n = cuts[first : first + len(corners)]
+        cut_counts = cuts[first : first + len(corners)]
         first += len(corners)
-        face, _ = cells_of(n)
-        local = np.concatenate([np.zeros((0, 3, 2)), *(cell_corners(each) for each in n.tolist())])
+        face, _ = cells_of(cut_counts)
+        local = np.concatenate([np.zeros((0, 3, 2)), *(cell_corners(cut_count) for cut_count in cut_counts.tolist())])
         places.append(between(corners[face], local))
         normals.append(normalised(between(normals_of(shape, corners)[face], local)))
         shapes.append(np.full(len(face), number))
-    place, normal, shape_of = (np.concatenate(part) for part in (places, normals, shapes))
+    place, normal, shape_of = (np.concatenate(arrays) for arrays in (places, normals, shapes))
     back = patches.back.numpy()
     front_of = np.concatenate([np.arange(len(back)), np.flatnonzero(back != NOTHING)])
     behind = np.arange(len(patches)) >= len(back)
-    extent = float(np.ptp(place, axis=(0, 1)).max(initial=0)) or 1.0
-    grid = np.round((place - place.min(axis=(0, 1))) * (FINENESS / extent))
-    # Off the middle between two numbers, where normals of boxes like to be.
-    turned = np.round(normal * 20 + 0.21)
-    same = np.repeat(np.column_stack([shape_of, np.zeros(len(place))])[:, None], 3, axis=1)
-    key = np.concatenate([same, grid, turned], axis=-1).astype(np.int64)[front_of]
+    largest_extent = float(np.ptp(place, axis=(0, 1)).max(initial=0)) or 1.0
+    grid = np.round((place - place.min(axis=(0, 1))) * (FINENESS / largest_extent))
+    # The offset keeps common normals, such as those of boxes, away from the middle between two integers.
+    directions = np.round(normal * 20 + 0.21)
+    prefix = np.repeat(np.column_stack([shape_of, np.zeros(len(place))])[:, None], 3, axis=1)
+    key = np.concatenate([prefix, grid, directions], axis=-1).astype(np.int64)[front_of]
     key[behind, :, 1] = 1
     _, numbers = np.unique(key.reshape(-1, key.shape[-1]), axis=0, return_inverse=True)
     return numbers.reshape(-1, 3)
 
 
 def between(corners: Floats, local: Floats) -> Floats:
-    """Return what corners (C, 3, 3) have at barycentric coordinates (C, 3, 2)."""
+    """Return the values (C, 3, 3) at barycentric coordinates (C, 3, 2), interpolated between corners (C, 3, 3)."""
     a, b, c = (corners[:, None, k] for k in range(3))
     return a + local[..., :1] * (b - a) + local[..., 1:] * (c - a)
 
@@ -101,5 +105,5 @@ def normals_of(shape: Any, corners: Floats) -> Floats:
 
 
 def normalised(vectors: Floats) -> Floats:
-    """Return vectors (..., 3) at unit length; those of none as they are."""
+    """Return vectors (..., 3) scaled to unit length; vectors of length 0 stay as they are."""
     return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)

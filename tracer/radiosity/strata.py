@@ -1,9 +1,9 @@
-"""Rays of hemispheres in strata: into each triangle as many as it deserves, at least one.
+"""Rays of hemispheres in strata: each triangle gets as many rays as it deserves, at least one.
 
-N rays are handed out along a group's triangles in turn, so each gets its share to within one. In it they are a lattice
-with a shift of its own, distributed as the cosine is, and each stands for Omega'_T / n_T: together for pi, whatever n_T
-is. A patch that sends light along them sends all that it has. (The paper's rule 2 takes the cosine of a triangle's
-middle, and does not.)
+N rays are handed out to the triangles of a group in turn, so that each triangle T gets its share to within one ray. Its
+n_T rays form a lattice with a shift of its own, distributed as the cosine, and each has the weight Omega'_T / n_T. The
+weights add up to pi whatever n_T is, so that a patch that sends light along the rays sends exactly its power. (Rule 2
+of the paper, which takes the cosine of the middle of a triangle, does not have this property.)
 """
 
 from __future__ import annotations
@@ -21,11 +21,14 @@ from tracer.radiosity.guide import Guide
 from tracer.radiosity.lattice import lattice, spread
 
 SPARE = 1.01
-"""Of each triangle's one sure ray: what single precision may take away."""
+"""Rays set aside for each triangle so that it gets at least one: one, with a margin for single precision."""
 
 
 class Strata:
-    """Directions in the triangles of a guide (``lattice.Way``); spread evenly where it has none, or too many."""
+    """Directions in the triangles of a guide, a ``lattice.Way``.
+
+    Rays of groups that have no triangles, or more triangles than rays, are spread evenly.
+    """
 
     def __init__(self, guide: Guide) -> None:
         regions, counts = guide.regions, np.diff(guide.first)
@@ -42,36 +45,36 @@ class Strata:
         self.parts = table_of(regions.pyramid.depth)
         self.halvings = int(np.ceil(np.log2(max(int(counts.max(initial=1)), 2))))
 
-    def __call__(self, point: Any, number: Any, rays: Any, seed: int) -> tuple[Any, Any]:
-        """Return directions and what each stands for."""
-        key, u, v = lattice(point, number, rays, seed)
-        whole = mi.Float(rays)
+    def __call__(self, point: Any, ray_index: Any, rays: Any, seed: int) -> tuple[Any, Any]:
+        """Return local directions (mi.Vector3f), z the normal, and their weights (mi.Float), see ``lattice.Way``."""
+        bits, u, v = lattice(point, ray_index, rays, seed)
+        ray_count = mi.Float(rays)
         even = mi.warp.square_to_cosine_hemisphere(mi.Point2f(u, v))
         if not self.some:
-            return even, dr.pi / whole
+            return even, dr.pi / ray_count
         group = self.groups.group(point)
         begin = dr.gather(mi.UInt32, self.first, group)
         count = dr.gather(mi.UInt32, self.first, group + 1) - begin
-        sure = SPARE * mi.Float(count) / whole
+        sure = SPARE * mi.Float(count) / ray_count
         guided = (count > 0) & (sure < 1)
-        shift = to_unit(key)
+        shift = to_unit(bits)
 
         def first_ray(region: Any) -> Any:
-            """Return the number of the first ray of a triangle."""
+            """Return the number of the first ray of a triangle (``region``, counted within its group)."""
             share = dr.gather(mi.Float, self.until, begin + region - 1, guided & (region > 0))
             place = (1 - sure) * share + sure * mi.Float(region) / mi.Float(dr.maximum(count, 1))
-            return mi.UInt32(mi.Int32(dr.ceil(whole * dr.select(region >= count, 1, place) - shift)))
+            return mi.UInt32(mi.Int32(dr.ceil(ray_count * dr.select(region >= count, 1, place) - shift)))
 
         low, high = dr.zeros(mi.UInt32, dr.width(point)), mi.UInt32(count)
         for _ in range(self.halvings):
             middle = (low + high) >> 1
-            past = first_ray(middle) <= number
+            past = first_ray(middle) <= ray_index
             low, high = dr.select(past, middle, low), dr.select(past, high, middle)
         begins, ends = first_ray(low), first_ray(low + 1)
-        own = mix(key ^ mix(low + 0x3C6EF372))
-        inside = dr.maximum(ends - begins, 1)
+        bits_of_triangle = mix(bits ^ mix(low + 0x3C6EF372))
+        rays_inside = dr.maximum(ends - begins, 1)
         triangle = dr.gather(mi.UInt32, self.triangle, begin + low, guided)
-        v = to_unit(number * GOLDEN_RATIO + mix(own))
-        local = cosine_in_triangle(self.parts, triangle, spread(number - begins, inside, own), v)
-        stands_for = dr.gather(mi.Float, self.projected, begin + low, guided) / mi.Float(inside)
-        return dr.select(guided, local, even), dr.select(guided, stands_for, dr.pi / whole)
+        v = to_unit(ray_index * GOLDEN_RATIO + mix(bits_of_triangle))
+        local = cosine_in_triangle(self.parts, triangle, spread(ray_index - begins, rays_inside, bits_of_triangle), v)
+        weight = dr.gather(mi.Float, self.projected, begin + low, guided) / mi.Float(rays_inside)
+        return dr.select(guided, local, even), dr.select(guided, weight, dr.pi / ray_count)

@@ -1,7 +1,7 @@
 """The spherical triangles that a hemisphere is divided into: four, each split in four, and so on.
 
-They are the same around every patch, in its own frame with the normal as z, so one table serves all. Triangle k of a
-level is split into the triangles 4 k to 4 k + 3 of the next.
+They are the same for every patch, in the patch's own frame with the normal as z, so one table serves all patches.
+Triangle k of a level is split into the triangles 4 k to 4 k + 3 of the next level.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ class Pyramid:
     projected: Floats
     """(N,): solid angle projected onto the plane of the patch; pi in each level."""
     first: Integers
-    """(depth + 2,): number of the first triangle of each level, and of all."""
+    """(depth + 2,): number of the first triangle of each level, and as the last entry the number of all triangles."""
 
     @property
     def depth(self) -> int:
-        """Times that a triangle is split at most."""
+        """Largest number of times that a triangle is split."""
         return len(self.first) - 2
 
     def children(self, triangles: Integers, level: int) -> Integers:

@@ -1,9 +1,10 @@
-"""Rays of hemispheres as one lattice, drawn closer together where they deserve to be.
+"""Rays of hemispheres as one lattice, which is denser where the triangles deserve more rays.
 
-Strata tear the lattice of a hemisphere into small ones, and what its evenness was worth is lost. Here the lattice of
-the unit square is warped before it is laid over the hemisphere: the square is cut into B x B cells, each with the
-density that the triangles behind it deserve, rows are stretched by their sums and the cells of a row by theirs. A ray
-stands for pi / N over its cell's density. Where all deserve the same the warp does nothing, and nothing is lost.
+Strata tear the lattice of a hemisphere into small ones, which lose the advantage of its evenness. Here the lattice of
+the unit square is warped before it is mapped to the hemisphere. The square is cut into B x B cells, each with the
+density that the triangles behind it deserve; then rows are stretched by the sum of their densities, and the cells of a
+row by their own. The weight of each of N rays is pi / N over the density of its cell. If all triangles deserve the
+same, the warp does nothing and the lattice keeps its full advantage.
 """
 
 from __future__ import annotations
@@ -25,11 +26,11 @@ from tracer.radiosity.triangle_hierarchy import pyramid
 
 Integers = NDArray[np.int64]
 WITHIN = 8
-"""Places along each side of a cell where the triangle behind it is asked for."""
+"""Number of places along each side of a cell at which the triangle behind the cell is looked up."""
 
 
 class Warp:
-    """Directions as a guide says (``lattice.Way``)."""
+    """Directions distributed as a guide says, a ``lattice.Way``."""
 
     def __init__(self, guide: Guide) -> None:
         depth = guide.regions.pyramid.depth
@@ -39,25 +40,31 @@ class Warp:
         self.groups = guide.groups
         # Everything is on the device before a pass is recorded.
         dr.eval(self.groups.rows)
-        # Widths are not left to differences of single precision.
+        # Widths are stored as well: differences in single precision would be less exact.
         self.rows, self.columns = (
-            upload(mi.Float, np.stack([each[..., :-1], np.diff(each)], axis=-1)) for each in (rows, columns)
+            upload(mi.Float, np.stack([edges[..., :-1], np.diff(edges)], axis=-1)) for edges in (rows, columns)
         )
 
-    def __call__(self, point: Any, number: Any, rays: Any, seed: int) -> tuple[Any, Any]:
-        """Return directions and what each stands for."""
-        _, u, v = lattice(point, number, rays, seed)
+    def __call__(self, point: Any, ray_index: Any, rays: Any, seed: int) -> tuple[Any, Any]:
+        """Return local directions (mi.Vector3f), z the normal, and their weights (mi.Float), see ``lattice.Way``."""
+        _, u, v = lattice(point, ray_index, rays, seed)
         place, density = self.warp(self.groups.group(point), u, v)
         return mi.warp.square_to_cosine_hemisphere(place), dr.pi / (mi.Float(rays) * density)
 
     def warp(self, group: Any, u: Any, v: Any) -> tuple[Any, Any]:
-        """Return where places in the unit square go (mi.Point2f) for a group, and the density there (mi.Float)."""
+        """Return where places (u, v) of the unit square are warped to (mi.Point2f), and the density there (mi.Float).
+
+        ``group`` (mi.UInt32): the group whose warp is used. The density is relative to that of the cosine.
+        """
         row, x, across = self.stretch(self.rows, group * self.strips, u)
         _, y, along = self.stretch(self.columns, (group * self.strips + row) * self.strips, v)
         return mi.Point2f(x, y), 1 / (across * along)
 
     def stretch(self, table: Any, first: Any, value: Any) -> tuple[Any, Any, Any]:
-        """Return the strip that a value in [0, 1) lies in, where it goes, and by how much it is stretched there."""
+        """Return the strip that a value in [0, 1) lies in, where the value is moved to, and the stretch factor there.
+
+        ``first`` (mi.UInt32): the entry of the first strip in the table.
+        """
         value = value * self.strips
         strip = dr.minimum(mi.UInt32(value), self.strips - 1)
         begin, width = dr.gather(mi.Array2f, table, first + strip)
@@ -65,14 +72,14 @@ class Warp:
         return strip, dr.minimum(place, 1 - dr.epsilon(mi.Float)), width * self.strips
 
     def density_of(self, group: Any, local: Any) -> Any:
-        """Return the density (mi.Float) of directions (mi.Vector3f), z the normal, over that of the cosine."""
+        """Return the density (mi.Float) of local directions (mi.Vector3f), relative to the density of the cosine."""
         place = mi.warp.cosine_hemisphere_to_square(local)
         row, across = self.find(self.rows, group * self.strips, place.x)
         _, along = self.find(self.columns, (group * self.strips + row) * self.strips, place.y)
         return 1 / (across * along)
 
     def find(self, table: Any, first: Any, place: Any) -> tuple[Any, Any]:
-        """Return the strip that goes to a place in [0, 1), and by how much it is stretched."""
+        """Return the strip that covers a place in [0, 1) after the warp, and its stretch factor; see ``stretch``."""
         strip = dr.zeros(mi.UInt32, dr.width(place))
         step = self.strips >> 1
         while step:
@@ -82,28 +89,29 @@ class Warp:
 
 
 def warped(guide: Guide) -> Way:
-    """Return directions as a guide says, evenly spread ones if it says nothing."""
+    """Return the way to spread rays as a guide says, or evenly if it guides no group."""
     return Warp(guide) if len(guide.share) else evenly
 
 
 def knots(density: Floats) -> tuple[Floats, Floats]:
-    """Return where the edges of equal strips of the unit square go: of rows (G, B + 1), and in each (G, B, B + 1).
+    """Return where the edges of equal strips of the unit square are moved to.
 
-    ``density`` (G, B, B) is that of cells of the square.
+    ``density`` (G, B, B) is that of the cells of the square. Returned are the edges of rows (G, B + 1), and the edges
+    of the cells in each row (G, B, B + 1).
     """
     groups, cells, _ = density.shape
     rows = inverse(density.sum(axis=2))
     sums = np.concatenate([np.zeros((groups, 1, cells)), np.cumsum(density, axis=1)], axis=1)
     place = rows * cells
     cell = np.minimum(place.astype(np.int64), cells - 1)
-    part = (place - cell)[..., None]
-    before, after = (np.take_along_axis(sums, each[..., None], axis=1) for each in (cell, cell + 1))
-    until = before + part * (after - before)
+    fraction = (place - cell)[..., None]
+    before, after = (np.take_along_axis(sums, index[..., None], axis=1) for index in (cell, cell + 1))
+    until = before + fraction * (after - before)
     return rows, inverse(np.maximum(np.diff(until, axis=1), 0))
 
 
 def inverse(density: Floats) -> Floats:
-    """Return the places (..., B + 1) in [0, 1] up to which shares 0, 1 / B, ... 1 of a density (..., B) lie."""
+    """Return the places (..., B + 1) in [0, 1] up to which the shares 0, 1 / B, ... 1 of a density (..., B) lie."""
     cells = density.shape[-1]
     total = density.sum(axis=-1, keepdims=True)
     density = np.where(total > 0, density, 1)
@@ -113,14 +121,14 @@ def inverse(density: Floats) -> Floats:
     cell = np.zeros(sums.shape, np.int64)
     for k in range(1, cells):
         cell += sums[..., k, None] <= share
-    begin, end = (np.take_along_axis(sums, each, axis=-1) for each in (cell, cell + 1))
-    found = (cell + np.clip((share - begin) / np.maximum(end - begin, 1e-300), 0, 1)) / cells
-    found[..., 0], found[..., -1] = 0, 1
-    return found
+    begin, end = (np.take_along_axis(sums, index, axis=-1) for index in (cell, cell + 1))
+    places = (cell + np.clip((share - begin) / np.maximum(end - begin, 1e-300), 0, 1)) / cells
+    places[..., 0], places[..., -1] = 0, 1
+    return places
 
 
 def densities(guide: Guide) -> Floats:
-    """Return the density (G, T) of all triangles of the deepest level, 1 if spread evenly."""
+    """Return the density of rays (G, T) in all triangles of the deepest level; it is 1 for evenly spread rays."""
     regions, table = guide.regions, guide.regions.pyramid
     depth = table.depth
     level = np.searchsorted(table.first, regions.triangle, side="right") - 1
@@ -139,7 +147,7 @@ def behind(depth: int, cells: int) -> Integers:
     """Return the triangle of the deepest level behind places (cells, WITHIN, cells, WITHIN) of the unit square."""
     table = pyramid(depth)
     middle = (np.arange(cells * WITHIN, dtype=np.float32) + 0.5) / (cells * WITHIN)
-    u, v = (upload(mi.Float, each) for each in np.meshgrid(middle, middle, indexing="ij"))
+    u, v = (upload(mi.Float, coordinate) for coordinate in np.meshgrid(middle, middle, indexing="ij"))
     toward = np.array(mi.warp.square_to_cosine_hemisphere(mi.Point2f(u, v)), np.float64).T
     triangle = np.zeros(len(toward), np.int64)
     candidates = np.tile(np.arange(4), (len(toward), 1))
