@@ -59,7 +59,7 @@ from tracer.radiosity.hemisphere import Division, See
 from tracer.radiosity.meshing import EXTENT, cut, extent
 from tracer.radiosity.patches import Patches, by_face
 from tracer.radiosity.remarks import remarks
-from tracer.radiosity.shooting import Shot, shoot
+from tracer.radiosity.shooting import ShootingSolution, shoot
 from tracer.radiosity.smooth import Smooth
 from tracer.radiosity.warp import Warp
 
@@ -89,7 +89,7 @@ class RadiosityIntegrator(mi.SamplingIntegrator):
             raise SettingsError(f"radiosity: method is one of {', '.join(METHODS)}; show, of {', '.join(SHOWN)}.")
         self.scene: mi.Scene | None = None
         self.patches: Patches
-        self.solution: Solution | Shot
+        self.solution: Solution | ShootingSolution
         self.see: See
         self.smooth: Smooth | None = None
         self.final: FinalGather

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tracer.errors import OutputError, SettingsError
-from tracer.jobs.job import check_frames, check_outputs, frame_numbers, make_job, put_number, shots_of
+from tracer.jobs.job import check_frames, check_outputs, frame_numbers, make_job, pictures_of, put_number
 
 
 def job(configuration=None, **given):
@@ -29,18 +29,20 @@ def test_what_is_no_list_of_frames(text):
 
 @given(st.integers(0, 10**6), st.integers(1, 6))
 def test_a_number_has_as_many_digits_as_marks(number, digits):
-    name = put_number(f"shot#1.{'#' * digits}.xml", number)
-    assert name == f"shot#1.{number:0{digits}}.xml"
+    name = put_number(f"picture#1.{'#' * digits}.xml", number)
+    assert name == f"picture#1.{number:0{digits}}.xml"
 
 
 def test_every_picture_has_a_name_of_its_own():
-    assert [str(shot.output) for shot in shots_of(job(), 3)] == ["b/out.exr"]
-    assert [str(shot.output) for shot in shots_of(job(sensor=["all"]), 3)] == [f"b/out-{k}.exr" for k in range(3)]
-    both = list(shots_of(job(sensor=["0", "2"], frames="7-8", output="b/o.##.exr", checkpoint="c.ckpt"), 3))
-    assert [str(shot.output) for shot in both] == ["b/o.07-0.exr", "b/o.07-2.exr", "b/o.08-0.exr", "b/o.08-2.exr"]
-    assert [str(shot.checkpoint) for shot in both][:2] == ["c.0007-0.ckpt", "c.0007-2.ckpt"]
-    assert [shot.define for shot in both][::2] == [{"frame": "7"}, {"frame": "8"}]
-    files = list(shots_of(job(scene="a/s.####.xml", frames="12"), 1))
+    assert [str(picture.output) for picture in pictures_of(job(), 3)] == ["b/out.exr"]
+    assert [str(picture.output) for picture in pictures_of(job(sensor=["all"]), 3)] == [
+        f"b/out-{k}.exr" for k in range(3)
+    ]
+    both = list(pictures_of(job(sensor=["0", "2"], frames="7-8", output="b/o.##.exr", checkpoint="c.ckpt"), 3))
+    assert [str(picture.output) for picture in both] == ["b/o.07-0.exr", "b/o.07-2.exr", "b/o.08-0.exr", "b/o.08-2.exr"]
+    assert [str(picture.checkpoint) for picture in both][:2] == ["c.0007-0.ckpt", "c.0007-2.ckpt"]
+    assert [picture.define for picture in both][::2] == [{"frame": "7"}, {"frame": "8"}]
+    files = list(pictures_of(job(scene="a/s.####.xml", frames="12"), 1))
     assert (str(files[0].scene), str(files[0].output), files[0].define) == ("a/s.0012.xml", "b/out.0012.exr", {})
 
 
@@ -99,4 +101,4 @@ def test_outputs_are_checked_before_the_first(tmp_path):
     (tmp_path / "out.0002.exr").write_text("mine")
     wanted = job(output=tmp_path / "out.####.exr", frames="1-3")
     with pytest.raises(OutputError, match=r"out\.0002\.exr' exists"):
-        check_outputs(list(shots_of(wanted, 1)), wanted)
+        check_outputs(list(pictures_of(wanted, 1)), wanted)

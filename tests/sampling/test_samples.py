@@ -38,14 +38,14 @@ def test_recorded_samples_are_those_that_are_traced(sensor, known, monkeypatch):
 
 
 def first_rays(scene, scale=1.0, spp=64):
-    """Return the camera's rays of the samples of one pixel, and those that ``shoot`` makes of them."""
+    """Return the camera's rays of the samples of one pixel, and those that ``camera_rays`` makes of them."""
     sampler = mi.load_dict({"type": "owen_sobol"})
     with open_scene(scene) as view:
         index = dr.arange(mi.UInt32, spp)
         sampler.seed_samples(mi.UInt32(1), 0 * index, index)
         whole = samples.camera_ray(view, sampler, 0 * index, 0 * index)[0]
         sampler.seed_samples(mi.UInt32(1), 0 * index, index)
-        return whole, samples.shoot(view, sampler, 0 * index, mi.Float(scale))[0]
+        return whole, samples.camera_rays(view, sampler, 0 * index, mi.Float(scale))[0]
 
 
 def test_samples_are_spread_over_the_time_that_a_shutter_is_open():

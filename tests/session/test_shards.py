@@ -11,7 +11,7 @@ from tracer.io.exr import read_metadata
 from tracer.jobs.job import make_job
 from tracer.jobs.run import perform
 from tracer.session import checkpoint, merge
-from tracer.session.shards import Part, missing, parse_part, share
+from tracer.session.shards import Part, missing, parse_part
 from tracer.settings import make_settings
 
 
@@ -20,12 +20,12 @@ def test_shares_add_up_and_seeds_differ(spp, total, seed):
     settings = make_settings(spp=spp, seed=seed)
     if spp < total:
         with pytest.raises(SettingsError, match="cannot be shared"):
-            share(settings, Part(1, total))
+            settings_of_part(settings, Part(1, total))
         return
-    shares = [share(settings, Part(number, total)) for number in range(1, total + 1)]
+    shares = [settings_of_part(settings, Part(number, total)) for number in range(1, total + 1)]
     assert sum(each["spp"] for each in shares) == spp
     assert len({each["seed"] for each in shares} | {seed}) == total + 1
-    assert shares == [share(settings, Part(number, total)) for number in range(1, total + 1)]
+    assert shares == [settings_of_part(settings, Part(number, total)) for number in range(1, total + 1)]
 
 
 @pytest.mark.parametrize("text", ["0/8", "9/8", "3", "3/0", "a/b", "-1/3", "1/99999", ""])
@@ -42,7 +42,10 @@ def test_missing_parts_are_named():
 
 def test_bounds_are_shared_too():
     settings = make_settings(spp=64, min_spp=16, max_spp=128)
-    assert {name: share(settings, Part(2, 4))[name] for name in ("min_spp", "max_spp")} == {"min_spp": 4, "max_spp": 32}
+    assert {name: settings_of_part(settings, Part(2, 4))[name] for name in ("min_spp", "max_spp")} == {
+        "min_spp": 4,
+        "max_spp": 32,
+    }
 
 
 @pytest.fixture

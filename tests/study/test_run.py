@@ -40,17 +40,17 @@ def plan_of(scene, **changes):
     return make_plan({**values, "reference_spp": 9000, **changes})
 
 
-def count_shots(monkeypatch):
+def count_renders(monkeypatch):
     """Return a list that grows by one with every cell that is rendered and kept."""
-    shots = []
+    rendered = []
     store = render_cells.store
 
     def counted(cell, *arguments):
-        shots.append(cell)
+        rendered.append(cell)
         store(cell, *arguments)
 
     monkeypatch.setattr(render_cells, "store", counted)
-    return shots
+    return rendered
 
 
 def test_every_number_is_written(scene, tmp_path, monkeypatch):
@@ -76,10 +76,10 @@ def test_scores_are_those_of_the_pictures(scene, tmp_path):
     results = run_study(plan, tmp_path / "out")
     reference = make_reference(plan.find_scenes()[0].setting, results.scenes[0].reference_spp)
     for one in results.measurements:
-        shot, took = cells.load(one.cell, tmp_path / "out")
-        assert one.scores.mse == pytest.approx(metrics.mse(shot.image, reference.image) - reference.mse)
-        assert one.scores.bias == pytest.approx(metrics.bias(shot.image, reference.image))
-        assert took.samples == 12 * 8 * shot.counts.mean()
+        picture, took = cells.load(one.cell, tmp_path / "out")
+        assert one.scores.mse == pytest.approx(metrics.mse(picture.image, reference.image) - reference.mse)
+        assert one.scores.bias == pytest.approx(metrics.bias(picture.image, reference.image))
+        assert took.samples == 12 * 8 * picture.counts.mean()
     alone = tracer.render(scene, spp=8, seed=0, criterion="fused")
     fused = next(one.cell for one in results.measurements if one.cell.method == "fused")
     np.testing.assert_array_equal(cells.load(fused, tmp_path / "out")[0].image, alone.image)
@@ -87,21 +87,21 @@ def test_scores_are_those_of_the_pictures(scene, tmp_path):
 
 @pytest.mark.slow
 def test_nothing_is_rendered_twice(scene, tmp_path, monkeypatch):
-    shots = count_shots(monkeypatch)
+    rendered = count_renders(monkeypatch)
     first = run_study(plan_of(scene), tmp_path / "out")
-    assert (len(shots), first.kept) == (12, 0)
+    assert (len(rendered), first.kept) == (12, 0)
     again = run_study(plan_of(scene), tmp_path / "out")
-    assert (len(shots), again.kept) == (12, 12)
+    assert (len(rendered), again.kept) == (12, 12)
     assert str(again.tables()) == str(first.tables())  # NaN is not itself
     run_study(plan_of(scene, seeds=3), tmp_path / "out")
-    assert len(shots) == 12 + 6
+    assert len(rendered) == 12 + 6
     run_study(plan_of(scene, methods=[*METHODS, {"name": "even", "sampler": "independent"}]), tmp_path / "out")
-    assert len(shots) == 18 + 4
+    assert len(rendered) == 18 + 4
     monkeypatch.setattr(source_hash, "criterion_hash", lambda name: f"{name} was edited")
     run_study(plan_of(scene), tmp_path / "out")
-    assert len(shots) == 22 + 8  # not those of mi.render
+    assert len(rendered) == 22 + 8  # not those of mi.render
     run_study(plan_of(scene), tmp_path / "out", overwrite=True)
-    assert len(shots) == 30 + 12
+    assert len(rendered) == 30 + 12
 
 
 @pytest.mark.slow
@@ -118,12 +118,12 @@ def test_times_of_several_runs_are_marked(scene, tmp_path):
 
 
 def test_stopped_and_started_again(scene, tmp_path, monkeypatch):
-    shots = count_shots(monkeypatch)
+    rendered = count_renders(monkeypatch)
     with pytest.raises(KeyboardInterrupt):
         run_study(plan_of(scene), tmp_path / "out", lambda text, done, total: done < 5)
-    assert 4 <= len(shots) <= 6
+    assert 4 <= len(rendered) <= 6
     results = run_study(plan_of(scene), tmp_path / "out")
-    assert len(shots) == 12
+    assert len(rendered) == 12
     assert len(results.measurements) == 12
 
 
@@ -149,11 +149,11 @@ def test_killed_and_started_again(scene, tmp_path, monkeypatch):
     process.wait()
     kept = finished(folder)
     assert 8 <= len(kept) < 600
-    shots = count_shots(monkeypatch)
+    rendered = count_renders(monkeypatch)
     text = plan.read_text().replace("seeds = 300", f"seeds = {len(kept)}")
     results = run_study(parse_plan(text, Origin("small.toml", text), tmp_path, None), tmp_path / "out")
     assert not results.failures
-    assert len(shots) + len(kept) == len(results.measurements) == 2 * len(kept)
+    assert len(rendered) + len(kept) == len(results.measurements) == 2 * len(kept)
 
 
 @pytest.mark.slow
@@ -176,9 +176,9 @@ def test_one_failure_does_not_stop_the_rest(scene, tmp_path, monkeypatch):
     assert row.seeds == 1
     assert "out of luck" in (tmp_path / "out" / "index.html").read_text()
     monkeypatch.setattr(methods, "render_request", own)
-    shots = count_shots(monkeypatch)
+    rendered = count_renders(monkeypatch)
     assert not run_study(plan_of(scene), tmp_path / "out").failures
-    assert len(shots) == 1
+    assert len(rendered) == 1
 
 
 def test_a_method_that_never_works(scene, tmp_path, monkeypatch):
@@ -274,9 +274,9 @@ def test_pictures_with_pixels_that_are_not_finite(scene, tmp_path, monkeypatch):
         def other(spp, seed):
             if seed > 100:
                 return render(spp, seed)  # the reference
-            shot = render(spp, seed)
-            shot.image[2, 3, 1] = np.nan
-            return shot
+            picture = render(spp, seed)
+            picture.image[2, 3, 1] = np.nan
+            return picture
 
         return other
 
@@ -299,12 +299,12 @@ def test_damaged_pictures_are_made_again(scene, tmp_path, monkeypatch):
     damaged = sorted(finished(tmp_path / "out"))[:2]
     damaged[0].write_bytes(damaged[0].read_bytes()[:-200])
     damaged[1].write_bytes(b"")
-    shots = count_shots(monkeypatch)
+    rendered = count_renders(monkeypatch)
     results = run_study(plan_of(scene), tmp_path / "out")
     if results.failures:  # its header was whole, its pixels were not
         results = run_study(plan_of(scene), tmp_path / "out")
     assert not results.failures
-    assert len(shots) == 2
+    assert len(rendered) == 2
     assert len(results.measurements) == 12
 
 

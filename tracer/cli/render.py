@@ -142,15 +142,20 @@ def render(
 
     job = make_job(given, config)
     any_unwritten = False
+
+    def tell(sentence: str) -> None:
+        if not quiet:
+            typer.echo(sentence, err=True)
+
     with watch("Rendering", quiet or as_json) as progress:
-        for shot, result in perform(job, progress, STARTED, lambda text: None if quiet else typer.echo(text, err=True)):
+        for picture, result in perform(job, progress, STARTED, tell):
             progress.clear()
             report = result.report
             if as_json:
-                typer.echo(json.dumps({"output": shot.name, **summary(result)}))
+                typer.echo(json.dumps({"output": picture.name, **summary(result)}))
             elif not quiet:
                 notes = [note for note in report.notes if note not in report.unwritten]
-                typer.echo("\n".join([f"{shot.name}: {in_words(result)}", *notes]))
+                typer.echo("\n".join([f"{picture.name}: {in_words(result)}", *notes]))
             for message in report.unwritten:
                 typer.echo(f"tracer: {message}", err=True)
             any_unwritten = any_unwritten or bool(report.unwritten)

@@ -140,7 +140,7 @@ class Job(BaseModel):
 
 
 @dataclass(frozen=True)
-class Shot:
+class JobPicture:
     """A single picture of a job."""
 
     scene: Path
@@ -208,7 +208,7 @@ def read_configuration(path: Path, option_names: list[str]) -> dict[str, Any]:
     }
 
 
-def shots_of(job: Job, sensors: int) -> Iterator[Shot]:
+def pictures_of(job: Job, sensors: int) -> Iterator[JobPicture]:
     """Yield the pictures of a job, frame by frame; ``sensors`` is the number of sensors of the scene."""
     chosen_sensors = tuple(range(sensors)) if job.sensor == "all" else job.sensor
     for frame in [None] if job.frames is None else frame_numbers(job.frames):
@@ -222,16 +222,16 @@ def shots_of(job: Job, sensors: int) -> Iterator[Shot]:
                 return None if path is None else path.with_name(numbered(path, frame, label))
 
             files_of = [named(path) for path in (job.output, job.checkpoint, job.live)]
-            yield Shot(frame_file(job.scene, frame), define, sensor, *files_of)
+            yield JobPicture(frame_file(job.scene, frame), define, sensor, *files_of)
 
 
-def request_for(job: Job, shot: Shot, scene: LoadedScene) -> Request:
+def request_for(job: Job, picture: JobPicture, scene: LoadedScene) -> Request:
     """Return the request to a session for a single picture. Raises SettingsError."""
     origin = job.model_dump(mode="json", exclude={"settings", "overwrite", "resume"}, exclude_none=True)
     return Request(
         scene,
         job.settings,
-        sensor=shot.sensor,
+        sensor=picture.sensor,
         integrator=job.integrator,
         size=job.size,
         crop=job.crop,
@@ -239,8 +239,8 @@ def request_for(job: Job, shot: Shot, scene: LoadedScene) -> Request:
         features=job.features,
         denoise=job.denoise,
         memory_limit=job.memory,
-        checkpoint=checkpoint_file(shot.checkpoint, job.checkpoint_every, job.resume, job.overwrite),
-        picture=None if shot.output is None else PictureFile(shot.output, job.overwrite, job.layers, origin),
+        checkpoint=checkpoint_file(picture.checkpoint, job.checkpoint_every, job.resume, job.overwrite),
+        picture=None if picture.output is None else PictureFile(picture.output, job.overwrite, job.layers, origin),
     )
 
 
@@ -275,16 +275,16 @@ def check_frames(job: Job) -> None:
         )
 
 
-def check_outputs(shots: list[Shot], job: Job) -> None:
+def check_outputs(pictures: list[JobPicture], job: Job) -> None:
     """Raise OutputError if any file of a job cannot be written, before the first picture is rendered.
 
     Raises SettingsError if there is nothing to resume from.
     """
     checkpoint_file(job.checkpoint, job.checkpoint_every, job.resume, job.overwrite)
-    for shot in shots:
-        if shot.output is not None:
-            atomic.check_output(shot.output, job.overwrite or job.resume)
-        if shot.checkpoint is not None:
-            atomic.check_output(shot.checkpoint, job.overwrite or job.resume, suffixes=())
-        if shot.live is not None:
-            atomic.check_output(shot.live, overwrite=True, suffixes=(".png",))
+    for picture in pictures:
+        if picture.output is not None:
+            atomic.check_output(picture.output, job.overwrite or job.resume)
+        if picture.checkpoint is not None:
+            atomic.check_output(picture.checkpoint, job.overwrite or job.resume, suffixes=())
+        if picture.live is not None:
+            atomic.check_output(picture.live, overwrite=True, suffixes=(".png",))

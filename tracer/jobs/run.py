@@ -15,7 +15,7 @@ from tracer.core.wording import Tell, silent
 from tracer.errors import SettingsError, WriteError
 from tracer.image.colour import display
 from tracer.io import exr
-from tracer.jobs.job import Job, Shot, check_frames, check_outputs, request_for, shots_of
+from tracer.jobs.job import Job, JobPicture, check_frames, check_outputs, pictures_of, request_for
 from tracer.progress import ProgressCallback
 from tracer.result import Result
 from tracer.scene.loaded import LoadedScene, load_scene
@@ -27,7 +27,7 @@ from tracer.settings import check_settings
 
 def perform(
     job: Job, progress: ProgressCallback | None = None, started: float | None = None, tell: Tell = silent
-) -> Iterator[tuple[Shot, Result]]:
+) -> Iterator[tuple[JobPicture, Result]]:
     """Yield each picture and its result as soon as it is written; a picture that a person has stopped is the last.
 
     ``started``: as for ``tracer.render``, for the first picture. ``tell`` is called with a remark before a large job
@@ -37,43 +37,43 @@ def perform(
     if job.workers is not None and job.scheduler is not None:
         raise SettingsError("Name workers or a scheduler, not both.")
     check_frames(job)
-    check_outputs(list(shots_of(job, 1)), job)
+    check_outputs(list(pictures_of(job, 1)), job)
     backend.activate(job.variant)
     started = time.perf_counter() if started is None else started
     with hired(job.workers or job.scheduler) as workers:
-        for shot, scene in shots_with_scenes(job):
-            request = request_for(job, shot, scene)
+        for picture, scene in pictures_with_scenes(job):
+            request = request_for(job, picture, scene)
             request = replace(request, progress=progress, remark=tell, workers=workers, started=started)
-            result = render_shot(job, shot, request)
+            result = render_picture(job, picture, request)
             started = None
-            yield shot, result
+            yield picture, result
             if not result.report.complete:
                 return
 
 
-def shots_with_scenes(job: Job) -> Iterator[tuple[Shot, LoadedScene]]:
+def pictures_with_scenes(job: Job) -> Iterator[tuple[JobPicture, LoadedScene]]:
     """Yield the pictures of a job with their scenes; successive pictures of the same scene share the loaded scene."""
-    for (path, define), _ in itertools.groupby(shots_of(job, 1), lambda shot: (shot.scene, shot.define)):
+    for (path, define), _ in itertools.groupby(pictures_of(job, 1), lambda picture: (picture.scene, picture.define)):
         scene = load_scene(path, define)
-        shots_of_all_sensors = shots_of(job, len(scene.scene.sensors()))
-        shots = [shot for shot in shots_of_all_sensors if (shot.scene, shot.define) == (path, define)]
-        check_outputs(shots, job)
-        for shot in shots:
-            pick_sensor(scene.scene, shot.sensor, path)
-        for shot in shots:
-            yield shot, scene
+        shots_of_all_sensors = pictures_of(job, len(scene.scene.sensors()))
+        pictures = [picture for picture in shots_of_all_sensors if (picture.scene, picture.define) == (path, define)]
+        check_outputs(pictures, job)
+        for picture in pictures:
+            pick_sensor(scene.scene, picture.sensor, path)
+        for picture in pictures:
+            yield picture, scene
 
 
-def render_shot(job: Job, shot: Shot, request: Request) -> Result:
+def render_picture(job: Job, picture: JobPicture, request: Request) -> Result:
     """Render and write a single picture, and show it while it renders if the job asks for it."""
-    if shot.live is not None or job.tev is not None:
-        viewer = live.tev(Path(shot.name).name, job.tev) if job.tev is not None else None
-        live_picture = live.png(shot.live) if shot.live is not None else None
+    if picture.live is not None or job.tev is not None:
+        viewer = live.tev(Path(picture.name).name, job.tev) if job.tev is not None else None
+        live_picture = live.png(picture.live) if picture.live is not None else None
         request = replace(request, progress=live.together(request.progress, live_picture, viewer))
     result = render_request(request)
-    if shot.live is not None:
+    if picture.live is not None:
         try:
-            exr.write_png(shot.live, display(result.rgb))
+            exr.write_png(picture.live, display(result.rgb))
         except WriteError as error:  # no reason to fail: the picture itself is written already
             result.report.unwritten.append(str(error))
     return result

@@ -35,7 +35,7 @@ MOST_STEPS = 10_000
 
 
 @dataclass(frozen=True)
-class Shot:
+class ShootingSolution:
     """Radiosity of patches, and where the power went."""
 
     radiosity: Floats
@@ -65,7 +65,7 @@ def shoot(
     seed: int = 0,
     guidance: Guidance | None = None,
     on_step: StepCallback = silent,
-) -> Shot:
+) -> ShootingSolution:
     """Return the solution, shot until no more than the share ``residual`` of the supplied power is unsent.
 
     ``rays``: number of rays of each patch on average, for the supplied power; power that is reflected later takes more
@@ -106,7 +106,8 @@ def shoot(
         sent, steps = sent + int(counts.sum()), steps + 1
     radiosity = patches.emitted + patches.albedo * received / areas
     final_share = float(unsent.sum() / 3 / grey)
-    return Shot(radiosity, supplied, absorbed, lost, unsent.sum(axis=0), final_share, steps, sent + look_rays, guided)
+    left_unsent, rays = unsent.sum(axis=0), sent + look_rays
+    return ShootingSolution(radiosity, supplied, absorbed, lost, left_unsent, final_share, steps, rays, guided)
 
 
 def way_for(

@@ -77,11 +77,11 @@ def draw(
     ``differential_scale``: factor that shrinks ray differentials, 1 / sqrt(spp) as in ``mi.render``.
     """
     sampler.seed_samples(seed, pixel, index)
-    shot = shoot(view, sampler, pixel, differential_scale)
-    return follow(view, sampler, shot, index, moments)
+    camera_sample = camera_rays(view, sampler, pixel, differential_scale)
+    return follow(view, sampler, camera_sample, index, moments)
 
 
-def shoot(view: View, sampler: Any, pixel: Any, differential_scale: Any) -> tuple[Any, Any, Any]:
+def camera_rays(view: View, sampler: Any, pixel: Any, differential_scale: Any) -> tuple[Any, Any, Any]:
     """Return ``camera_ray`` of each pixel (mi.UInt32), with scaled differentials."""
     row, column = divide(pixel, view.grid[1])
     ray, weight, position = camera_ray(view, sampler, row, column)
@@ -89,9 +89,11 @@ def shoot(view: View, sampler: Any, pixel: Any, differential_scale: Any) -> tupl
     return ray, weight, position
 
 
-def follow(view: View, sampler: Any, shot: tuple[Any, Any, Any], index: Any, moments: Moments | None) -> Samples:
-    """Return the samples along the rays that ``shoot`` returned as ``shot``."""
-    ray, weight, position = shot
+def follow(
+    view: View, sampler: Any, camera_sample: tuple[Any, Any, Any], index: Any, moments: Moments | None
+) -> Samples:
+    """Return the samples along the rays that ``camera_rays`` returned as ``camera_sample``."""
+    ray, weight, position = camera_sample
     of_camera = mi.UInt32(sampler.dimension)
     radiance, valid, aovs = sample_radiance(view, sampler, ray)
     values = view.to_channels(weight * radiance, valid, ray.wavelengths)
@@ -134,17 +136,17 @@ class Recorded:
     def __init__(self, view: View, sampler: Any, moments: Moments | None = None) -> None:
         held = [view, sampler]
 
-        def trace(seed: Any, pixel: Any, index: Any, scale_or_shot: Any) -> tuple[Any, ...]:
+        def trace(seed: Any, pixel: Any, index: Any, scale_or_camera_sample: Any) -> tuple[Any, ...]:
             view, sampler = held
             # The sampler is an input of the recording, and so would be arrays that the last pass left in it: so fork.
             sampler = sampler.fork()
             sampler.seed_samples(seed, pixel, index)
-            if isinstance(scale_or_shot, tuple):
+            if isinstance(scale_or_camera_sample, tuple):
                 # The dimension is copied, as loops change it in place.
-                sampler.dimension, shot = mi.UInt32(scale_or_shot[0]), scale_or_shot[1:]
+                sampler.dimension, camera_sample = mi.UInt32(scale_or_camera_sample[0]), scale_or_camera_sample[1:]
             else:
-                shot = shoot(view, sampler, pixel, scale_or_shot)
-            samples = follow(view, sampler, shot, index, moments)
+                camera_sample = camera_rays(view, sampler, pixel, scale_or_camera_sample)
+            samples = follow(view, sampler, camera_sample, index, moments)
             drawn = (samples.values, samples.position, samples.rays, samples.moments, samples.peaks)
             dr.eval(drawn)
             return drawn
@@ -155,24 +157,24 @@ class Recorded:
 
     def __call__(self, seed: Any, pixel: Any, index: Any, differential_scale: Any) -> Samples:
         """Draw samples; see ``draw`` for the arguments."""
-        scale_or_shot = (
-            differential_scale if self.records_camera else self.shoot(seed, pixel, index, differential_scale)
+        scale_or_camera_sample = (
+            differential_scale if self.records_camera else self.camera_rays(seed, pixel, index, differential_scale)
         )
-        dr.eval(seed, pixel, index, scale_or_shot)
+        dr.eval(seed, pixel, index, scale_or_camera_sample)
         if self.recordable:
             try:
-                return Samples(*self.record(seed, pixel, index, scale_or_shot))
+                return Samples(*self.record(seed, pixel, index, scale_or_camera_sample))
             except RuntimeError as error:  # an error of another cause is raised again by tracing
                 self.recordable = False
                 logger.info("Every pass is traced anew, as the scene cannot be recorded: %s", error)
-        return Samples(*self.trace(seed, pixel, index, scale_or_shot))
+        return Samples(*self.trace(seed, pixel, index, scale_or_camera_sample))
 
-    def shoot(self, seed: Any, pixel: Any, index: Any, differential_scale: Any) -> tuple[Any, ...]:
-        """Return the first dimension after those that the camera draws, and what the function ``shoot`` returns."""
+    def camera_rays(self, seed: Any, pixel: Any, index: Any, differential_scale: Any) -> tuple[Any, ...]:
+        """Return the first dimension that the camera does not draw, and what the function ``camera_rays`` returns."""
         view, sampler = self.held[0], self.held[1].fork()
         sampler.seed_samples(seed, pixel, index)
-        shot = shoot(view, sampler, pixel, differential_scale)
-        inputs = mi.UInt32(sampler.dimension), *shot
+        camera_sample = camera_rays(view, sampler, pixel, differential_scale)
+        inputs = mi.UInt32(sampler.dimension), *camera_sample
         dr.make_opaque(inputs)  # a literal of another width would be recorded once more
         return inputs
 

@@ -20,7 +20,7 @@ from tracer.scene.frame import PlainFrame
 from tracer.session import checkpoint
 from tracer.session.checkpoint import Checkpoint, differences
 from tracer.session.shards import missing
-from tracer.session.state import before_of, part, require_shapes, unbiased_of
+from tracer.session.state import before_of, numbered_arrays, require_shapes, unbiased_of
 from tracer.settings import MOST_SPP, make_settings
 
 
@@ -114,7 +114,7 @@ def restored(stored: Checkpoint, name: str) -> Estimate:
     fields: dict[str, Any] = dict(stored.frame)
     kinds = fields.pop("kinds")
     fields |= {name: tuple(fields[name]) for name in ("size", "window")}
-    frame, sums = PlainFrame(**fields), part(stored.arrays, name)
+    frame, sums = PlainFrame(**fields), numbered_arrays(stored.arrays, name)
     if any(array.shape != (frame.pixel_count,) for array in sums[1:]):  # before memory is asked for
         raise ValueError("these sums are of another number of pixels")
     estimate = Estimate(frame, *kinds)

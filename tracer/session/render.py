@@ -32,7 +32,7 @@ from tracer.session.progress_reporter import ProgressReporter
 from tracer.session.recorder import Recorder
 from tracer.session.render_loop import Rendering
 from tracer.session.request import Request, check_files, scene_hash_of
-from tracer.session.shards import share
+from tracer.session.shards import settings_of_part
 from tracer.session.state import State
 from tracer.settings import Settings, make_settings
 
@@ -128,7 +128,7 @@ def settings_of(request: Request, view: View) -> tuple[Settings, str]:
     settings = given if isinstance(given, Settings) else make_settings(**{**view.settings, **given})
     if request.part is None:
         return settings, f"seed {settings.seed}"
-    part = make_settings(**{**settings.model_dump(), **share(settings, request.part)})
+    part = make_settings(**{**settings.model_dump(), **settings_of_part(settings, request.part)})
     return part, request.part.source(settings.seed)
 
 

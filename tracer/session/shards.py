@@ -39,7 +39,7 @@ def parse_part(text: str) -> Part:
     return Part(int(match[1]), int(match[2]))
 
 
-def share(settings: Settings, part: Part) -> dict[str, Any]:
+def settings_of_part(settings: Settings, part: Part) -> dict[str, Any]:
     """Return the settings of a part that are not those of the whole. Raises SettingsError.
 
     The shares of spp add up. A seed of its own keeps the samples of each part apart from those of all others.

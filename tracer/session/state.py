@@ -93,9 +93,9 @@ class State:
     def unpack(self, arrays: Arrays, plain: dict[str, Any], new: Estimate) -> None:
         """Take over what was packed; ``new``: an empty estimate for samples held out. Raises ValueError, KeyError."""
         require_shapes(arrays, new)
-        self.estimate.restore(part(arrays, "estimate"))
+        self.estimate.restore(numbered_arrays(arrays, "estimate"))
         if "held_out.0" in arrays:
-            new.restore(part(arrays, "held_out"))
+            new.restore(numbered_arrays(arrays, "held_out"))
             self.held_out = new
         for name in ("done", "held_out_samples", "looked", "notes"):
             if type(plain[name]) is not type(getattr(self, name)):
@@ -142,7 +142,7 @@ def unbiased_of(arrays: Arrays) -> UnbiasedMean | None:
     return UnbiasedMean(**fields) if fields else None
 
 
-def part(arrays: Arrays, name: str) -> list[NDArray]:
+def numbered_arrays(arrays: Arrays, name: str) -> list[NDArray]:
     """Return the arrays ``name.0``, ``name.1``, ... in order."""
     pieces: list[NDArray] = []
     while f"{name}.{len(pieces)}" in arrays:

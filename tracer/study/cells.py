@@ -1,4 +1,4 @@
-"""Cells of a study: each is one picture, kept in a file with what it took, so that nothing is rendered twice."""
+"""Cells of a study: each is one picture, kept in a file with what it cost, so that nothing is rendered twice."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tracer.errors import OutputError
 from tracer.io import exr
 from tracer.scene.fingerprint import fingerprint
 from tracer.study import source_hash
-from tracer.study.methods import Shot
+from tracer.study.methods import TimedPicture
 from tracer.study.plan import Budget, MethodPlan, Plan, Scene
 
 FOLDER = "cells"
@@ -41,8 +41,8 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class Took:
-    """What a picture took: samples, time, and the machine."""
+class RenderCost:
+    """What a picture cost: samples, time, and the machine."""
 
     spp: int
     """Samples per pixel that were asked for."""
@@ -91,13 +91,13 @@ def key(content: tuple[Any, ...], method: MethodPlan, budget: Budget, seed: int)
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:24]
 
 
-def store(cell: Cell, output: Path, shot: Shot, spp: int, run: str, where: str | None = None) -> None:
+def store(cell: Cell, output: Path, picture: TimedPicture, spp: int, run: str, where: str | None = None) -> None:
     """Keep a picture in its file; ``where``: the machine that made it, if it was not this one."""
     path = cell.path(output)
     path.parent.mkdir(parents=True, exist_ok=True)
-    took = Took(spp, shot.samples, shot.seconds, shot.seconds_drawing, run, where or machine())
-    values = np.concatenate([shot.image, shot.counts[..., None]], axis=-1, dtype=np.float32)
-    exr.write_exr(path, ["R", "G", "B", "samples.Y"], values, {"key": cell.key, "took": asdict(took)})
+    cost = RenderCost(spp, picture.samples, picture.seconds, picture.seconds_drawing, run, where or machine())
+    values = np.concatenate([picture.image, picture.counts[..., None]], axis=-1, dtype=np.float32)
+    exr.write_exr(path, ["R", "G", "B", "samples.Y"], values, {"key": cell.key, "took": asdict(cost)})
 
 
 def machine() -> str:
@@ -114,10 +114,10 @@ def is_kept(cell: Cell, output: Path) -> bool:
         return False
 
 
-def load(cell: Cell, output: Path) -> tuple[Shot, Took]:
-    """Return the picture that is kept of a cell, and what it took. Raises OutputError if it cannot be read."""
+def load(cell: Cell, output: Path) -> tuple[TimedPicture, RenderCost]:
+    """Return the picture that is kept of a cell, and what it cost. Raises OutputError if it cannot be read."""
     names, values, metadata = exr.read_exr(cell.path(output))
-    took = Took(**json.loads(metadata["took"]))
+    cost = RenderCost(**json.loads(metadata["took"]))
     colours = [names.index(name) for name in "RGB"]
     counts = values[..., names.index("samples.Y")]
-    return Shot(values[..., colours], counts, took.samples, took.seconds, took.seconds_drawing), took
+    return TimedPicture(values[..., colours], counts, cost.samples, cost.seconds, cost.seconds_drawing), cost

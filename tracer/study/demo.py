@@ -27,11 +27,11 @@ REFERENCE_SPP = 2048
 WARM_UP_SPP = 4
 """Samples per pixel of the renderings that compile the kernels."""
 HEADINGS = ("method", "relMSE", "PSNR", "SSIM", "FLIP", "samples", "seconds")
-"""Headings of the table, in the order of ``Line.cells``."""
+"""Headings of the table, in the order of ``DemoRow.cells``."""
 
 
 @dataclass(frozen=True)
-class Line:
+class DemoRow:
     """A line of the table: a method, its scores, and the samples and seconds that it took."""
 
     method: str
@@ -51,7 +51,7 @@ def told(method: str, progress: StepCallback | None) -> ProgressCallback | None:
     return progress and (lambda state: progress(f"{SCENE}: {method}", state.done, state.total))
 
 
-def run_demo(picture: Path, table: Path, progress: StepCallback | None = None) -> list[Line]:
+def run_demo(picture: Path, table: Path, progress: StepCallback | None = None) -> list[DemoRow]:
     """Write a picture and a table to these files, and return the lines of the table.
 
     Raises KeyboardInterrupt if ``progress`` stops it.
@@ -70,7 +70,7 @@ def run_demo(picture: Path, table: Path, progress: StepCallback | None = None) -
             if not results[method].report.complete:
                 raise KeyboardInterrupt
     lines = [
-        Line(method, all_scores(result.image, truth), int(result.samples.sum()), result.seconds)
+        DemoRow(method, all_scores(result.image, truth), int(result.samples.sum()), result.seconds)
         for method, result in results.items()
     ]
     uniform, adaptive = results.values()

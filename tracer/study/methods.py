@@ -24,7 +24,7 @@ from tracer.settings import make_settings
 
 
 @dataclass(frozen=True)
-class Shot:
+class TimedPicture:
     """One picture, with the samples and seconds that it took."""
 
     image: Singles
@@ -42,7 +42,7 @@ class Shot:
 Foretold = Callable[[int], NDArray[np.float64]]
 """Function from the samples per pixel of a uniform picture to the allocation (H, W) that takes their place."""
 
-Method = Callable[[int, int], Shot]
+Method = Callable[[int, int], TimedPicture]
 """Function of (spp, seed) that renders a picture. Raises KeyboardInterrupt if it was stopped."""
 
 
@@ -82,7 +82,7 @@ class Studio:
         """Return the method that renders by our loop with ``settings``, on the allocation of ``foretold`` if given."""
         view = self.view
 
-        def render(spp: int, seed: int) -> Shot:
+        def render(spp: int, seed: int) -> TimedPicture:
             allocation = None if foretold is None else foretold(spp)
             spp = spp if allocation is None else max(1, round(float(allocation.mean())))
             start = time.perf_counter()
@@ -95,7 +95,7 @@ class Studio:
                 raise KeyboardInterrupt
             samples = sum(finished.samples for finished in result.report.rounds)
             counts = result.samples.astype(np.float32)
-            return Shot(view.rgb(result.image), counts, samples, seconds, result.report.seconds_drawing)
+            return TimedPicture(view.rgb(result.image), counts, samples, seconds, result.report.seconds_drawing)
 
         return render
 
@@ -104,7 +104,7 @@ class Studio:
         view = self.view if sampler is None else self.views[sampler]
         sensor_sampler, film = view.sensor.sampler(), view.sensor.film()
 
-        def render(spp: int, seed: int) -> Shot:
+        def render(spp: int, seed: int) -> TimedPicture:
             start = time.perf_counter()
             with dr.suspend_grad(), quiet():
                 image = np.array(view.integrator.render(view.scene, sensor=view.sensor, seed=seed, spp=spp))
@@ -117,7 +117,7 @@ class Studio:
             # four samples per pixel, and would be made once more for the next pass.
             film.clear()
             counts = np.full(view.size, used_spp, np.float32)
-            return Shot(view.rgb(image), counts, used_spp * view.pixel_count, seconds, seconds)
+            return TimedPicture(view.rgb(image), counts, used_spp * view.pixel_count, seconds, seconds)
 
         return render
 

@@ -29,13 +29,13 @@ NO_BOUND = 2**24
 """Most samples of a pixel that an oracle may allocate: so many that this never limits an allocation."""
 
 
-class Part(BaseModel):
+class PlanPart(BaseModel):
     """Base of all parts of a plan: unknown keys are refused."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
-class ScenePlan(Part):
+class ScenePlan(PlanPart):
     """One scene, or all scenes whose files match a pattern."""
 
     path: str | None = Field(None, min_length=1)
@@ -52,7 +52,7 @@ class ScenePlan(Part):
     """Plugin that takes the place of the scene's integrator."""
 
 
-class MethodPlan(Part):
+class MethodPlan(PlanPart):
     """One way to render: our loop with a ``criterion``, plain ``mi.render`` with a ``sampler``, or an ``oracle``."""
 
     name: str = Field(pattern=NAME)
@@ -105,7 +105,7 @@ class Scene:
     """Where its entry stands in the plan."""
 
 
-class Plan(Part):
+class Plan(PlanPart):
     """What a study measures. Every field may stand in the TOML file under the same name."""
 
     name: str = Field(pattern=NAME)
@@ -255,7 +255,7 @@ def import_criteria(plan: Plan) -> None:
 
 def fields_at(location: Location) -> list[str]:
     """Return the names of the fields that the plan, or its table of a scene or method, has at ``location``."""
-    models: dict[str, type[Part]] = {"scenes": ScenePlan, "methods": MethodPlan}
+    models: dict[str, type[PlanPart]] = {"scenes": ScenePlan, "methods": MethodPlan}
     return list((models.get(str(location[0]), Plan) if len(location) > 1 else Plan).model_fields)
 
 

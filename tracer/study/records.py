@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from tracer.image.metrics import Scores
-from tracer.study.cells import Cell, Took
+from tracer.study.cells import Cell, RenderCost
 from tracer.study.gains import Gain, Interval
 
 CLOSE = 0.1
@@ -38,7 +38,7 @@ class Measurement:
     """A cell, what its picture took, and its scores."""
 
     cell: Cell
-    took: Took
+    took: RenderCost
     scores: Scores
     too_close: bool
     """Whether the error of the reference is more than the part CLOSE of the cell's, both in relMSE (RMS)."""

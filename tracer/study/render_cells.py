@@ -11,7 +11,7 @@ from tracer.errors import TracerError
 from tracer.progress import Progress
 from tracer.study import oracle
 from tracer.study.cells import Cell, is_kept, store
-from tracer.study.methods import Foretold, Method, Setting, Shot, Studio
+from tracer.study.methods import Foretold, Method, Setting, Studio, TimedPicture
 from tracer.study.oracle_measurements import measure_truth
 from tracer.study.plan import Budget, MethodPlan, Plan, Scene
 from tracer.study.records import Failure
@@ -31,7 +31,7 @@ CellCallback = Callable[[Cell | None, str], None]
 """Called with the cell that is done, or None while one is rendered, and a text to show. Raises KeyboardInterrupt."""
 
 
-def shoot(
+def render_cells(
     plan: Plan, scene: Scene, blocks: list[list[Cell]], output: Path, run: str, notify: CellCallback
 ) -> list[Failure]:
     """Render the cells that are missing; return those that failed.
@@ -57,8 +57,8 @@ def shoot(
             text = f"{scene.name}: {cell.method}, {cell.budget.label}, seed {cell.seed}"
             notify(None, text)
             try:
-                shot, spp = opened[cell.method].shoot(cell)
-                store(cell, output, shot, spp, run)
+                picture, spp = opened[cell.method].render(cell)
+                store(cell, output, picture, spp, run)
             except Exception as error:  # the other cells can still be measured; this cell is reported as a failure
                 failures.append(failure(cell, error))
             notify(cell, text)
@@ -113,7 +113,7 @@ class Opened:
         truth = measure_truth(self.setting, self.studio.view, lambda text: self.told(None, text))
         return cache(lambda spp: oracle.rendered_allocation(truth, self.plan.objective, spp, by))
 
-    def shoot(self, cell: Cell) -> tuple[Shot, int]:
+    def render(self, cell: Cell) -> tuple[TimedPicture, int]:
         """Return the picture of a cell and the samples per pixel that were asked for."""
         if self.broken is not None:
             raise self.broken

@@ -25,7 +25,7 @@ from tracer.core import backend
 from tracer.errors import ClusterError, SceneMissingError
 from tracer.scene.fingerprint import fingerprint
 from tracer.study.cells import Cell, is_kept, machine, store
-from tracer.study.methods import Shot, Studio
+from tracer.study.methods import Studio, TimedPicture
 from tracer.study.plan import Plan, Scene, import_criteria
 from tracer.study.records import Failure
 from tracer.study.render_cells import CellCallback, Opened, failure
@@ -34,11 +34,11 @@ TICK = 0.1
 """Seconds between two looks at which blocks are done and whether the study is to stop."""
 MOST_TRIES = 3
 """Most times, per block, that blocks are sent again because a worker lacks the scene."""
-Made = list[tuple[Cell, tuple[Shot, int, str] | Failure]]
+Made = list[tuple[Cell, tuple[TimedPicture, int, str] | Failure]]
 """Cells, each with its picture, samples per pixel and machine, or with its failure."""
 
 
-def shoot(
+def render_cells(
     plan: Plan,
     scene: Scene,
     blocks: list[list[Cell]],
@@ -65,8 +65,8 @@ def shoot(
             if isinstance(outcome, Failure):
                 failures.append(outcome)
             else:
-                shot, spp, where = outcome
-                store(cell, output, shot, spp, run, where)
+                picture, spp, where = outcome
+                store(cell, output, picture, spp, run, where)
             notify(cell, f"{scene.name}: {cell.method}, {cell.budget.label}, seed {cell.seed}")
     return failures
 
@@ -78,7 +78,7 @@ def made_elsewhere(
     client, messages, shipped, tries = connection.client, Messages(connection), False, 0
 
     def submit(block: list[Cell]) -> Any:
-        return client.submit(shoot_block, plan, scene, setup, software(), block, pure=False)
+        return client.submit(render_block, plan, scene, setup, software(), block, pure=False)
 
     waiting = {submit(block): block for block in blocks}
     try:
@@ -109,22 +109,22 @@ def made_elsewhere(
         messages.cancel(list(waiting))
 
 
-def shoot_block(plan: Plan, scene: Scene, setup: Setup, client_software: dict[str, str], block: list[Cell]) -> Made:
+def render_block(plan: Plan, scene: Scene, setup: Setup, client_software: dict[str, str], block: list[Cell]) -> Made:
     """Render a block on a worker whose software must be that of the client."""
     worker = get_worker()
     require_same(software(), client_software, worker.address)
     place = place_of(worker)
-    return DEVICE.submit(shoot_on_device, plan, scene, setup, place, block).result()
+    return DEVICE.submit(render_on_device, plan, scene, setup, place, block).result()
 
 
-def shoot_on_device(plan: Plan, scene: Scene, setup: Setup, place: Place, block: list[Cell]) -> Made:
+def render_on_device(plan: Plan, scene: Scene, setup: Setup, place: Place, block: list[Cell]) -> Made:
     """Render a block while no other block is rendered on this worker; ``place``: its folder and number of threads."""
     theatre = Theatre.of(plan, scene, setup, place)
     made: Made = []
     for cell in block:
         try:
-            shot, spp = theatre.opened(cell).shoot(cell)
-            made.append((cell, (shot, spp, machine())))
+            picture, spp = theatre.opened(cell).render(cell)
+            made.append((cell, (picture, spp, machine())))
         except Exception as error:  # reported as a failure, as it is without workers
             made.append((cell, failure(cell, error)))
     return made

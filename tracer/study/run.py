@@ -18,9 +18,9 @@ from tracer.image import metrics
 from tracer.image.metrics import Scores
 from tracer.progress import StepCallback
 from tracer.study import cells, oracle, render_cells
-from tracer.study.cells import Cell, Took
+from tracer.study.cells import Cell, RenderCost
 from tracer.study.check import check_study, count_scenes, one_at_a_time, prepare_output
-from tracer.study.methods import Shot
+from tracer.study.methods import TimedPicture
 from tracer.study.page.build import require_template_engine, write_page
 from tracer.study.page.scene import ScenePictures, Shown
 from tracer.study.plan import Plan, Scene
@@ -63,7 +63,7 @@ def run_study(
 
         with open_connection(cluster) as connection:
             return Study(
-                plan, scenes, output, progress, partial(render_cells_remote.shoot, connection=connection)
+                plan, scenes, output, progress, partial(render_cells_remote.render_cells, connection=connection)
             ).run()
 
 
@@ -76,9 +76,9 @@ class Study:
         scenes: Sequence[Scene],
         output: Path,
         progress: StepCallback | None,
-        shoot_scene: Callable[..., list[Failure]] = render_cells.shoot,
+        render_scene: Callable[..., list[Failure]] = render_cells.render_cells,
     ) -> None:
-        self.shoot_scene = shoot_scene
+        self.render_scene = render_scene
         self.plan, self.scenes, self.output, self.progress = plan, scenes, output, progress
         self.run_id = f"{datetime.datetime.now(datetime.UTC):%Y-%m-%dT%H:%M:%S}-{os.getpid()}"
         self.results = Results(plan)
@@ -99,7 +99,7 @@ class Study:
         try:
             for scene in self.scenes:
                 blocks = self.blocks[scene.name]
-                failures = self.shoot_scene(self.plan, scene, blocks, self.output, self.run_id, self.shot)
+                failures = self.render_scene(self.plan, scene, blocks, self.output, self.run_id, self.report_cell)
                 self.results.failures += failures
                 try:
                     self.measure(scene, [cell for block in blocks for cell in block])
@@ -127,7 +127,7 @@ class Study:
         if self.progress is not None and self.progress(text, done, total) is False:
             raise KeyboardInterrupt
 
-    def shot(self, cell: Cell | None, text: str) -> None:
+    def report_cell(self, cell: Cell | None, text: str) -> None:
         """Report a cell that is done, or, if ``cell`` is None, that one is being rendered."""
         self.done += cell is not None
         self.text = text or self.text
@@ -139,20 +139,20 @@ class Study:
         usable = [entry for entry in readable if self.is_finite(*entry[:2])]
         if not usable:
             return
-        reference = self.good_reference(scene, [shot.image for _, shot, _ in usable])
+        reference = self.good_reference(scene, [picture.image for _, picture, _ in usable])
         facts = describe_scene(scene.name, reference)
         measured = []
-        for k, (cell, shot, took) in enumerate(usable):
+        for k, (cell, picture, took) in enumerate(usable):
             self.tell(f"{scene.name}: scores", k, len(usable))
-            scores = self.book.scores(cell, shot.image, reference)
+            scores = self.book.scores(cell, picture.image, reference)
             too_close = CLOSE**2 * scores.relative_mse < facts.reference_relative_mse
             measured.append(Measurement(cell, took, without_error_of(reference, scores), too_close))
         self.book.save()
         self.results.scenes.append(facts)
         self.results.measurements += measured
-        self.pictures.append(choose_pictures(self.plan, reference, measured, [shot for _, shot, _ in usable]))
+        self.pictures.append(choose_pictures(self.plan, reference, measured, [picture for _, picture, _ in usable]))
 
-    def read(self, cell: Cell) -> tuple[Cell, Shot, Took] | None:
+    def read(self, cell: Cell) -> tuple[Cell, TimedPicture, RenderCost] | None:
         """Return a cell with its picture, or None if it has no picture.
 
         A damaged file is removed, so that the next run makes it again, and counts as a failure.
@@ -166,9 +166,9 @@ class Study:
             self.results.failures.append(render_cells.failure(cell, error))
             return None
 
-    def is_finite(self, cell: Cell, shot: Shot) -> bool:
+    def is_finite(self, cell: Cell, picture: TimedPicture) -> bool:
         """Return whether all pixels of a picture are finite; if not, the cell counts as a failure."""
-        bad_count = np.count_nonzero(~np.isfinite(shot.image).all(axis=-1))
+        bad_count = np.count_nonzero(~np.isfinite(picture.image).all(axis=-1))
         if bad_count:
             message = f"{bad_count} pixels of the picture are not finite"
             self.results.failures.append(Failure(cell.scene, cell.method, cell.budget.label, cell.seed, message))
@@ -227,7 +227,7 @@ def describe_scene(name: str, reference: Reference) -> SceneFacts:
 
 
 def choose_pictures(
-    plan: Plan, reference: Reference, measured: Sequence[Measurement], shots: Sequence[Shot]
+    plan: Plan, reference: Reference, measured: Sequence[Measurement], pictures: Sequence[TimedPicture]
 ) -> ScenePictures:
     """Return the pictures of the first seed at the largest budget, one in samples if there is any, for the page."""
     budget = max(
@@ -235,8 +235,8 @@ def choose_pictures(
     )
     seed = min(entry.cell.seed for entry in measured if entry.cell.budget == budget)
     shown = {
-        entry.cell.method: Shown(entry.cell.method, shot.image, shot.counts, entry.scores.relative_mse)
-        for entry, shot in zip(measured, shots, strict=True)
+        entry.cell.method: Shown(entry.cell.method, picture.image, picture.counts, entry.scores.relative_mse)
+        for entry, picture in zip(measured, pictures, strict=True)
         if entry.cell.budget == budget and entry.cell.seed == seed
     }
     names = [plan.compared_with, *(method.name for method in plan.methods if method.name != plan.compared_with)]

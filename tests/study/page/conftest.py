@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tracer.image.metrics import Scores
-from tracer.study.cells import Cell, Took
+from tracer.study.cells import Cell, RenderCost
 from tracer.study.page.build import write_page
 from tracer.study.page.scene import ScenePictures, Shown
 from tracer.study.plan import Budget, make_plan
@@ -53,7 +53,7 @@ def made_up(scene_count, method_count, seed=0):
             for spp in plan.spp:
                 for one in plan.all_seeds:
                     error = spread**2 * 64 / spp * (1 + 0.1 * one)
-                    took = Took(spp, spp * HEIGHT * WIDTH, 1e-2 * spp * (1 + m), 1e-2 * spp, "run", "a machine")
+                    took = RenderCost(spp, spp * HEIGHT * WIDTH, 1e-2 * spp * (1 + m), 1e-2 * spp, "run", "a machine")
                     scores = Scores(error, error, error / 2, 30.0 + m, 0.9, 0.05, 1e-3)
                     cell = Cell(name, method, Budget("spp", spp), one, "key")
                     results.measurements.append(Measurement(cell, took, scores, m == 5))
