@@ -11,7 +11,7 @@ from tracer.io.exr import read_metadata
 from tracer.jobs.job import make_job
 from tracer.jobs.run import perform
 from tracer.session import checkpoint, merge
-from tracer.session.shards import Part, missing, parse_part
+from tracer.session.shards import Part, missing, parse_part, settings_of_part
 from tracer.settings import make_settings
 
 
