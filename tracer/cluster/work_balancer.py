@@ -67,7 +67,7 @@ def expected_seconds(sample_counts: Sequence[int], paces: Sequence[float | None]
 
 
 def seconds_of(regions: Sequence[Region], counts: NDArray[np.uint32]) -> list[float]:
-    """Return the seconds that each region is expected to take; ``counts`` (P,): samples to draw in the whole picture."""
+    """Return the seconds that each region is expected to take; ``counts`` (P,): samples to draw in the picture."""
     return expected_seconds([samples_of(region, counts) for region in regions], [region.pace for region in regions])
 
 
