@@ -18,8 +18,7 @@ FIRST_SAMPLES = 1 << 18
 TYPICAL_PACE = 1e-6
 """Seconds per sample that are assumed as long as nothing is known."""
 LEAST_SECONDS, MOST_SECONDS = 0.4, 1.5
-"""Least and most seconds of a unit. Everything else that client, scheduler and worker do for a unit takes 0.02 seconds.
-"""
+"""Least and most seconds of a unit. All else that client, scheduler and worker do for a unit takes 0.02 seconds."""
 SCHEDULER_SECONDS = 4e-3
 """Seconds that the scheduler is busy with a unit. If workers are many, a unit takes at least this long times their
 number, so that the scheduler keeps up with them."""
