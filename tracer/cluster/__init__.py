@@ -1,17 +1,19 @@
 """One picture on many machines, by Dask distributed: ``tracer render --workers`` and ``--scheduler``.
 
-The loop stays where it is: rounds are decided by the client. A round is cut into units, pixels with all of their
-samples of that round, and drawn by workers. The sums stay with the workers, who go on from them in the next round; what
-travels is the counts, one way, and the statistics that decisions are made from, the other. All sums travel once, when
-the picture is developed. As samples are keyed, and as those of a pixel are added in their order whoever adds them, the
-sums are those of one process, bit for bit, and what is lost with a worker is drawn again.
+The client runs the loop of the render and decides the rounds. It cuts a round into units, which are pixels with all of
+their samples of that round, and workers draw them. The sums stay with the workers, which add to them in the next round.
+The client sends counts to the workers, and the workers send back the statistics that decisions are made from. All sums
+travel once, when the picture is developed. Samples are keyed, and the samples of a pixel are always added in the same
+order, so the sums are those of one process, bit for bit. What is lost with a worker is drawn again.
 
-What decides knows neither Dask nor a clock: ``work_balancer`` cuts the picture into regions and deals them out,
-``units`` are what a round is cut into, ``work_pool`` keeps some back for whoever is done first, ``round_policy`` says
-who is asked for which unit, and for which again. What carries that out: ``connection`` connects, ``messages`` sends
-and hears, ``sums_transfer`` moves sums, ``round_scheduler`` draws a round. ``remote_estimate`` is the estimate whose
-sums are elsewhere, ``remote_sums`` says where. On workers, ``worker_setup`` is what they must know, ``worker_scene``
-what they keep open, ``worker_task`` what they do.
+The modules that decide know neither Dask nor a clock: ``work_balancer`` cuts the picture into regions and deals them
+out; ``units`` are the pieces of a round; ``work_pool`` keeps some units back for the workers that are done first;
+``round_policy`` decides which worker is asked for which unit, and which unit is asked for again. Other modules carry
+that out: ``connection`` connects to workers, ``messages`` sends and receives, ``sums_transfer`` moves sums, ``bundle``
+sends a scene, ``round_scheduler`` draws a round. ``remote_drawer`` offers all this to a session. ``remote_estimate`` is
+the estimate whose sums are on workers, and ``remote_sums`` says where they are. On workers, ``worker_setup`` is what a
+worker must know, ``worker_scene`` what it keeps open, ``worker_task`` what it does, ``shield`` what it does first, and
+``sums`` are what it keeps.
 """
 
 from __future__ import annotations
@@ -26,14 +28,14 @@ if TYPE_CHECKING:
 
 @contextmanager
 def hired(cluster: Any) -> Iterator[Workers | None]:
-    """Yield the workers of ``cluster``, see ``tracer.cluster.remote_drawer``, or None, for this process, if it is None.
+    """Yield the workers of ``cluster`` (see ``tracer.cluster.remote_drawer``); None, for this process, if it is None.
 
-    Raises ClusterError if Dask is not installed, or no workers can be had.
+    Raises ClusterError if Dask is not installed or there are no workers.
     """
     if cluster is None:
         yield None
         return
-    from tracer.cluster.remote_drawer import open_workers  # Dask is for who asks for it
+    from tracer.cluster.remote_drawer import open_workers  # not above, as Dask need not be installed
 
     with open_workers(cluster) as workers:
         yield workers

@@ -1,4 +1,4 @@
-"""Connect to workers: a cluster of this machine's own, or one that is there."""
+"""Connect to workers: start a cluster on this machine, or use one that is running."""
 
 from __future__ import annotations
 
@@ -30,38 +30,38 @@ from tracer.cluster.worker_task import prepare
 logger = logging.getLogger(__name__)
 
 LONGEST_WAIT = 20.0
-"""Seconds to wait for a scheduler, or for its first worker."""
+"""Most seconds to wait for a scheduler, or for its first worker."""
 MOST_DEATHS = 5
-"""Workers that may die over one unit before it is taken to be what kills them; of a cluster of our own."""
+"""Number of workers of our own cluster that may die over one unit before the unit is taken to be the cause."""
 
 
 @dataclass(frozen=True)
 class Connection:
-    """To the scheduler of workers that draw."""
+    """A connection to the scheduler of the workers that draw."""
 
     client: Any
-    """``distributed.Client``."""
+    """The ``distributed.Client``."""
     address: str
-    """Of the scheduler."""
+    """Address of the scheduler."""
     warming: list[Any] = field(default_factory=list)
-    """A future for each worker that was told to open a scene; Dask forgets what nobody holds one for."""
+    """Futures of the workers that were told to open a scene; Dask drops a task whose future nobody holds."""
 
     def workers(self) -> dict[str, int]:
-        """Return the threads of each worker, by its address."""
+        """Return the number of threads of each worker, by its address."""
         return dict(self.client.nthreads())
 
     def silent(self) -> set[str]:
-        """Return the workers that the scheduler has not heard of while it heard of others."""
+        """Return the workers that the scheduler has not heard from for long although it has heard from others."""
         workers = self.client.scheduler_info(n_workers=-1).get("workers", {})
-        return silent_workers({name: each["last_seen"] for name, each in workers.items()})
+        return silent_workers({name: worker["last_seen"] for name, worker in workers.items()})
 
     def ship(self, setup: Setup) -> None:
-        """Send a scene with all of its files to all workers, and to those that come later. Raises ClusterError."""
+        """Send a scene with all of its files to all workers, and to those that join later. Raises ClusterError."""
         archive = pack(Path(setup.scene), dict(setup.define))
         self.client.register_plugin(Bundle(setup.scene_hash, archive))
 
     def begin(self, setup: Setup) -> None:
-        """Let all workers open a scene while the client does so itself."""
+        """Let all workers begin to open a scene, while the client opens it, too."""
         self.warming[:] = [
             self.client.submit(prepare, setup, workers=[worker], pure=False) for worker in self.workers()
         ]
@@ -70,9 +70,9 @@ class Connection:
 
 
 def log_failure(future: Any) -> None:
-    """Log why a worker could not open a scene, unless that is a mistake of a person."""
+    """Log why a worker could not open a scene, unless the reason is a person's mistake."""
     error = future.exception() if future.status == "error" else None
-    # A person's mistake is raised by the client or by the first unit; a scene that is missing is sent with that.
+    # A person's mistake is raised by the client or by the first unit, and a missing scene is sent after that unit.
     if error is not None and not isinstance(error, TracerError):
         logger.warning(
             "A worker did not warm up (%s: %s); it does so with its first unit.", type(error).__name__, error
@@ -81,9 +81,10 @@ def log_failure(future: Any) -> None:
 
 @contextmanager
 def open_connection(cluster: Any) -> Iterator[Connection]:
-    """Connect to workers: ``cluster`` says how many on this machine, or the address of a scheduler, or a client.
+    """Connect to workers. ``cluster``: their number on this machine, the address of a scheduler, or a Dask client.
 
-    Raises ClusterError if there are none, or if they are not made of the same as this process.
+    Raises ClusterError if there are no workers, or if they do not have the same software as this process; raises
+    SettingsError for a ``cluster`` of another type.
     """
     if isinstance(cluster, distributed.Client):
         yield checked(Connection(cluster, str(cluster.scheduler.address)))
@@ -100,7 +101,7 @@ def open_connection(cluster: Any) -> Iterator[Connection]:
 
 
 def be_quiet() -> None:
-    """Let Dask say nothing of workers that come and go: what fails reaches us with the future that was asked for."""
+    """Switch off Dask's log of workers that come and go: a failure reaches us through the future of the task."""
     for name in logging.root.manager.loggerDict:
         if name.startswith("distributed"):
             logging.getLogger(name).setLevel(logging.CRITICAL)
@@ -108,15 +109,15 @@ def be_quiet() -> None:
 
 @contextmanager
 def own_cluster(workers: int) -> Iterator[Any]:
-    """Run workers on this machine, which share its threads, and can be reached from it alone."""
+    """Run workers on this machine, which share its threads and cannot be reached from another machine."""
     threads = max(1, len(os.sched_getaffinity(0)) // workers)
     settings = {
         "distributed.scheduler.allowed-failures": MOST_DEATHS,
-        # worker-ttl stays at Dask's five minutes: it ends a worker that hangs, but also one that opens a scene for as
-        # long without a sign of life, and others draw its units long before.
+        # worker-ttl stays at Dask's five minutes. It ends a worker that hangs, but would also end one that gives no
+        # sign of life while it opens a scene. Other workers draw the units of a worker that hangs long before.
         # We deal out the units ourselves. A worker that hangs looks idle, so Dask would move units of others to it.
         "distributed.scheduler.work-stealing": False,
-        # What nobody looks at here takes time from threads that have other things to do.
+        # Nobody looks at Dask's monitors here, and they take time from the threads that draw.
         "distributed.worker.profile.enabled": False,
         "distributed.admin.tick.interval": "1s",
         "distributed.admin.system-monitor.interval": "10s",
@@ -127,13 +128,13 @@ def own_cluster(workers: int) -> Iterator[Any]:
         dask.config.set(settings),
         distributed.LocalCluster(
             n_workers=workers,
-            threads_per_worker=threads + 1,  # one unit waits at the door while another is drawn
+            threads_per_worker=threads + 1,  # the next unit waits in the additional thread while one is drawn
             resources={THREADS: threads},
             processes=True,
             host="127.0.0.1",
             dashboard_address="127.0.0.1:0",
             worker_dashboard_address="127.0.0.1:0",
-            memory_limit=0,  # else workers pause when they hold much, and nothing says so
+            memory_limit=0,  # else workers pause without a message when they hold much memory
             silence_logs=logging.CRITICAL,
             preload="tracer.cluster.shield",
         ) as cluster,
@@ -143,13 +144,13 @@ def own_cluster(workers: int) -> Iterator[Any]:
 
 @contextmanager
 def connected(cluster: Any) -> Iterator[Any]:
-    """Connect to a scheduler: a cluster, an address, or the file in which one has left it. Raises ClusterError."""
+    """Connect to a scheduler, given as a cluster, an address, or the file with its address. Raises ClusterError."""
     try:
         if isinstance(cluster, str) and Path(cluster).is_file():
             where = {"scheduler_file": cluster}
         else:
             if isinstance(cluster, str):
-                get_backend(parse_address(cluster, strict=True)[0])  # else the client would wait for what cannot be
+                get_backend(parse_address(cluster, strict=True)[0])  # else the client would wait for a wrong address
             where = {"address": cluster}
         client = distributed.Client(**where, timeout=LONGEST_WAIT, set_as_default=False)
     except (OSError, TimeoutError, ValueError, TypeError) as error:
@@ -162,18 +163,19 @@ def connected(cluster: Any) -> Iterator[Any]:
 
 
 def checked(connection: Connection) -> Connection:
-    """Return a connection if it has workers that are made of the same as this process. Raises ClusterError."""
+    """Return a connection if it has workers, and all have the software of this process. Raises ClusterError."""
     try:
         connection.client.wait_for_workers(1, timeout=LONGEST_WAIT)
     except TimeoutError:
         raise ClusterError(
             f"The scheduler {connection.address} has no workers; start one with 'dask worker'."
         ) from None
-    present = sorted(set(connection.workers()) - connection.silent())  # one that hangs would never answer
-    for worker, found in connection.client.run(software, workers=present, on_error="return").items():
-        if isinstance(found, Exception):
+    present = sorted(set(connection.workers()) - connection.silent())  # a worker that hangs would never answer
+    for worker, answer in connection.client.run(software, workers=present, on_error="return").items():
+        if isinstance(answer, Exception):
             raise ClusterError(
-                f"Worker {worker} cannot load tracer ({type(found).__name__}: {found}); install the same version there."
+                f"Worker {worker} cannot load tracer ({type(answer).__name__}: {answer}); "
+                "install the same version there."
             )
-        require_same(found, software(), worker)
+        require_same(answer, software(), worker)
     return connection

@@ -1,4 +1,4 @@
-"""Talk to workers through Dask: send, hear, and notice who does not answer."""
+"""Exchange messages with workers through Dask: send units, receive results, and notice workers that do not answer."""
 
 from __future__ import annotations
 
@@ -21,33 +21,37 @@ from tracer.cluster.worker_task import draw_unit, reported
 from tracer.errors import ClusterError
 
 TICK = 0.5
-"""Seconds after which a person is heard, even if nothing came."""
+"""Most seconds to wait for a message: then the render loop goes on without one, so that a person can stop it."""
 GONE_SECONDS = 10.0
-"""A scheduler that cannot be reached for so long is gone."""
+"""Seconds after which a scheduler that cannot be reached counts as gone."""
 LARGEST_GRAPH = "100 GiB"
-"""Of which Dask does not warn: sums go with units where there is no other way."""
+"""Size of a task graph from which Dask warns. It is set this high because the sums of an earlier render are sent with
+the units themselves."""
 UNANSWERED = (OSError, TimeoutError, ClosedClientError)
-"""What Dask raises where a scheduler does not answer."""
+"""Errors that Dask raises if a scheduler does not answer."""
 
 Message = tuple[Any, Any]
-"""What it is about, and a result or what went wrong."""
+"""The subject of a message, as it was given to ``listen``, and the result or the error."""
 
 
 @dataclass
 class Traffic:
-    """What was sent and received."""
+    """How much was sent and received."""
 
     units: int = 0
+    """Number of units that were sent."""
     again: int = 0
-    """Units that were given to one more worker."""
+    """Number of units that were sent once more, to be drawn from their first sample."""
     bytes_sent: int = 0
+    """Bytes of counts that were sent."""
     bytes_received: int = 0
+    """Bytes of statistics and sums that were received."""
     bytes_of_sums: int = 0
-    """Of those received."""
+    """Bytes of sums among those received."""
 
 
 class Messages:
-    """Sends units, and brings what is told of them and the sums that they leave."""
+    """Sends units to workers, and receives statistics and sums."""
 
     def __init__(self, connection: Connection) -> None:
         self.connection, self.client = connection, connection.client
@@ -57,7 +61,7 @@ class Messages:
 
     @contextmanager
     def in_reach(self) -> Iterator[None]:
-        """Raise ClusterError where the scheduler does not answer."""
+        """Raise ClusterError if the scheduler does not answer within the block."""
         try:
             yield
         except UNANSWERED:
@@ -73,29 +77,36 @@ class Messages:
             raise gone(self.connection)
 
     def workers(self) -> list[str]:
-        """Return the addresses of the workers there are. Raises ClusterError."""
+        """Return the addresses of all workers. Raises ClusterError if there are none."""
         self.require_scheduler()
-        found = list(self.connection.workers())
-        if not found:
+        addresses = list(self.connection.workers())
+        if not addresses:
             raise ClusterError(f"The scheduler {self.connection.address} has no workers any more.")
-        return found
+        return addresses
 
     def send(self, pieces: Sequence[tuple[Any, ...]], worker: str | None, **alike: Any) -> list[tuple[Future, Future]]:
-        """Ask for units, if it is given from a ``worker``; return what will be drawn and what will be told of it."""
+        """Send units; return for each the future of what is drawn and the future of what is reported of it.
+
+        ``pieces``: positional arguments of ``draw_unit``, for each unit; ``worker``: address of the worker that is to
+        draw them, or None for any; ``alike``: keyword arguments that all units share.
+        """
         where = {} if worker is None else {"workers": [worker], "allow_other_workers": True}
         with dask.config.set({"distributed.admin.large-graph-warning-threshold": LARGEST_GRAPH}):
             drawn = self.client.map(draw_unit, *zip(*pieces, strict=True), **alike, pure=False, **where)
-        told = self.client.map(reported, drawn, pure=False, **where)
+        reports = self.client.map(reported, drawn, pure=False, **where)
         self.traffic.units += len(pieces)
-        self.traffic.bytes_sent += sum(each.nbytes for *_, stretches in pieces for each in stretches)
-        return list(zip(drawn, told, strict=True))
+        self.traffic.bytes_sent += sum(stretch.nbytes for *_, stretches in pieces for stretch in stretches)
+        return list(zip(drawn, reports, strict=True))
 
     def listen(self, future: Future, about: Any) -> None:
-        """Hear the result of a future, or what went wrong, when it is done."""
+        """Put the result or the error of a future into the inbox when it is done; ``about``: the message's subject."""
         future.add_done_callback(lambda done: self.client.loop.add_callback(self.deliver, done, about))
 
     async def deliver(self, future: Future, about: Any) -> None:
-        """Bring a result. Each comes for itself: Dask gathers several at a time, and one that hangs holds up all."""
+        """Put a result into the inbox.
+
+        Every result is fetched by itself: Dask gathers several at a time, and a worker that hangs would hold up all.
+        """
         outcome: Any = CancelledError(str(future.key))
         if future.status == "error":
             outcome = await future.exception()
@@ -103,30 +114,30 @@ class Messages:
             try:
                 outcome = await fetch(self.client, future.key)
             except (CancelledError, *UNANSWERED):
-                pass  # lost with its worker: whoever waits for it has it drawn again
-            except Exception as error:  # else nobody would hear of it, and the render would wait for ever
+                pass  # lost with its worker: the caller has it drawn again
+            except Exception as error:  # else the caller would not learn of it, and the render would wait for ever
                 outcome = error
         self.inbox.put((about, outcome))
 
     def hear(self) -> list[Message]:
-        """Return what came; nothing after a while. Raises ClusterError."""
+        """Return all messages that have come; an empty list if none comes within TICK seconds. Raises ClusterError."""
         self.require_scheduler()
         try:
-            heard = [self.inbox.get(timeout=TICK)]
+            messages = [self.inbox.get(timeout=TICK)]
         except queue.Empty:
             return []
         while not self.inbox.empty():
-            heard.append(self.inbox.get())
-        return heard
+            messages.append(self.inbox.get())
+        return messages
 
     def cancel(self, futures: Sequence[Future]) -> None:
-        """Let go of what nobody waits for any more."""
+        """Cancel tasks whose results nobody waits for any more."""
         if futures:
-            with suppress(*UNANSWERED):  # a scheduler that is gone works on nothing; whoever needs it next says so
+            with suppress(*UNANSWERED):  # a scheduler that is gone draws nothing; the next call that needs it raises
                 self.client.cancel(list(futures))
 
     def observe(self, requests: Sequence[UnitRequest]) -> Observation:
-        """Return what the scheduler knows of its workers, and who has which of the requests."""
+        """Return what the scheduler knows of its workers, and which worker has which of the requests."""
         busy = self.client.processing()
         worker_of = {key: worker for worker, keys in busy.items() for key in keys}
         holders = {
@@ -139,18 +150,18 @@ class Messages:
 
 
 async def fetch(client: Any, key: Any) -> Any:
-    """Return a result from the worker that has it, or by way of the scheduler if that cannot be reached from here.
+    """Return a result from the worker that has it, or through the scheduler if that worker cannot be reached from here.
 
-    Raises CancelledError if nobody has it.
+    Raises CancelledError if no worker has it.
     """
     holders = await client.scheduler.who_has(keys=[key])
-    found, missing, failed, _ = await gather_from_workers(holders, rpc=client.rpc, who=client.id)
+    results, missing, failed, _ = await gather_from_workers(holders, rpc=client.rpc, who=client.id)
     if missing or failed:
         response = await client.scheduler.gather(keys=[key])
         if response["status"] != "OK":
             raise CancelledError(str(key))
-        found = response["data"]
-    return found[key]
+        results = response["data"]
+    return results[key]
 
 
 def gone(connection: Connection) -> ClusterError:
@@ -159,7 +170,7 @@ def gone(connection: Connection) -> ClusterError:
 
 
 def explained(error: BaseException) -> BaseException:
-    """Return an error that a person understands, where it is of Dask's."""
+    """Return an error that a person understands in place of an error of Dask; other errors are returned as they are."""
     if isinstance(error, KilledWorker):
         return ClusterError(
             "Workers died over the same unit again and again: Mitsuba crashes, most likely over something in the "

@@ -1,4 +1,4 @@
-"""From workers to a drawer for the loop."""
+"""Make the drawer with which a session draws on workers."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from tracer.session.request import Request, Workers
 
 @contextmanager
 def open_workers(cluster: Any) -> Iterator[Workers]:
-    """Yield a function that lets workers draw what a request asks for; see ``open_connection`` for errors."""
+    """Yield a function that lets workers draw what a request asks for. Raises the errors of ``open_connection``."""
     with open_connection(plain(cluster)) as connection:
 
         def workers(request: Request, scene_hash: str) -> DrawerFor:
             loaded = isinstance(request.scene, LoadedScene)
             scene, define = (request.scene.path, request.scene.define) if loaded else (request.scene, request.define)
-            seen = {"integrator": request.integrator, "size": request.size, "crop": request.crop}
-            setup = make_setup(scene, scene_hash, mi.variant(), define, request.sensor, **seen)
+            view_fields = {"integrator": request.integrator, "size": request.size, "crop": request.crop}
+            setup = make_setup(scene, scene_hash, mi.variant(), define, request.sensor, **view_fields)
             connection.begin(setup)
             return partial(RoundScheduler, connection, setup)
 

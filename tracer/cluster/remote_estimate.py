@@ -1,4 +1,4 @@
-"""An estimate whose sums are with workers; here is only what decisions are made from."""
+"""An estimate whose sums are on workers. This process has only the statistics that decisions are made from."""
 
 from __future__ import annotations
 
@@ -14,35 +14,35 @@ from tracer.scene.frame import Frame
 
 
 class SumsKeeper(Protocol):
-    """Whoever can bring sums here, and take them to workers."""
+    """Object that can fetch sums from workers, and send sums to workers."""
 
     def gather(self, estimate: RemoteEstimate) -> Estimate:
         """Return an estimate in this process with all sums. Raises ClusterError."""
 
     def scatter(self, whole: Estimate) -> list[Region]:
-        """Take sums to workers; return where they are."""
+        """Send sums to workers; return where they are. Raises ClusterError."""
 
 
 class RemoteEstimate(Estimate):
-    """An estimate of a frame whose sums are with workers."""
+    """An estimate of a frame whose sums are on workers."""
 
     def __init__(self, view: Frame, moments: int, peaks: int, keeper: SumsKeeper) -> None:
-        """See ``Estimate``."""
+        """See ``Estimate``; ``keeper`` fetches the sums when they are needed here."""
         self.view, self.reach = view, view.reach
         self.moments, self.peaks = moments, peaks
         self.keeper = keeper
         self.sums = RemoteSums([Region(0, view.pixel_count)])
         self.known = nothing(view, moments, peaks)
-        """Statistics, all that decisions are made from."""
+        """Statistics of the whole frame, from which decisions are made."""
         self.whole_here: Estimate | None = None
-        """The sums, where they were brought here and no samples have come since."""
+        """The estimate with all sums, if they were fetched and no samples have been drawn since; else None."""
 
     def learn(self, region: Region, statistics: Statistics) -> None:
-        """Take in where the sums of a region are now, and its statistics, of a grid of one row."""
+        """Note where the sums of a region are now, and its statistics, which are those of a grid of one row."""
         self.sums.put(region)
         for name, values in vars(statistics).items():
-            own = getattr(self.known, name)
-            own.reshape(self.view.pixel_count, *own.shape[2:])[region.pixels] = values[0]
+            whole = getattr(self.known, name)
+            whole.reshape(self.view.pixel_count, *whole.shape[2:])[region.pixels] = values[0]
         self.whole_here = None
 
     def statistics(self) -> Statistics:
@@ -82,7 +82,7 @@ class RemoteEstimate(Estimate):
 
 
 def nothing(view: Frame, moments: int, peaks: int) -> Statistics:
-    """Return the statistics of no samples."""
+    """Return the statistics of a frame without samples."""
     channels = len(view.channels)
 
     def zeros(*more: int, kind: Any = np.float32) -> NDArray:

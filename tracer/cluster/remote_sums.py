@@ -1,4 +1,4 @@
-"""Where the sums of a picture are, and what it takes to draw them again."""
+"""Where the sums of a picture are, and which samples must be drawn to have them again."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from tracer.sampling.wavefront import Stretch
 
 @dataclass
 class RemoteSums:
-    """Sums of a picture, by regions, that workers have."""
+    """The sums of a picture that workers have, by regions."""
 
     regions: list[Region]
-    """They cover the picture, one after the other."""
+    """Regions that cover the picture, in the order of their pixels."""
     settings: RoundSettings | None = None
-    """What the samples have in common, once there are any."""
+    """Settings that all samples have in common; None before the first round."""
     begun: list[NDArray] | None = None
-    """Sums of an earlier render that this one goes on from. No worker can draw them again, so they are kept."""
+    """Sums (P,) of an earlier render that this one goes on from. Workers cannot draw them again, so they are kept."""
     rounds: list[Stretch] = field(default_factory=list)
-    """What was drawn since then, or is being drawn."""
+    """Rounds of the whole picture that were drawn since then, or are being drawn."""
 
     def put(self, region: Region) -> None:
-        """Take note of where the sums of a region are now; it is one of the regions, or a part of one."""
+        """Note where the sums of ``region`` are now; its pixels are those of one of the regions, or a part of them."""
         place, whole = next(
             (place, whole)
             for place, whole in enumerate(self.regions)
@@ -43,7 +43,10 @@ class RemoteSums:
         self.regions[place : place + 1] = [*before, region, *after]
 
     def rounds_of(self, region: Region, goal: Counts) -> list[Stretch]:
-        """Return what has to be drawn of a region, so that its pixels go from what there was to ``goal`` (P,)."""
+        """Return the rounds of a region that must be drawn for its pixels to have ``goal`` (P,) samples.
+
+        The first of them goes on from the sums of an earlier render, or from no samples.
+        """
         stretches = []
         for whole in self.rounds:
             before, after = whole.before[region.pixels], whole.after[region.pixels]
@@ -57,6 +60,6 @@ class RemoteSums:
         place = region.first, region.size
         if request.needs_sums:
             return region.source, region.skip, *place, [self.rounds[-1].part(*place)]
-        # With the unit itself, as a worker that would be given them first may be gone, too.
+        # Sums of an earlier render are sent with the unit, as a worker to which they were sent before may be gone, too.
         begun = None if self.begun is None else {"sums": Sums(None, packed(self.begun, *place))}
         return begun, 0, *place, self.rounds_of(region, request.unit.goal)

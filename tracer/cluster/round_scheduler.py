@@ -1,4 +1,4 @@
-"""Draw rounds on workers: carry out what the policy decides, and tell it what happens."""
+"""Draw rounds on workers: carry out what the round policy decides, and report to it what happens."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from tracer.session.local_drawer import Pass
 
 
 class RoundScheduler:
-    """Draws on workers; see ``Drawer``."""
+    """A ``Drawer`` that draws on workers."""
 
     def __init__(
         self, connection: Connection, setup: Setup, view: View, criterion: Criterion, largest_pass: int
@@ -60,18 +60,21 @@ class RoundScheduler:
             yield from self.carry_out(estimate, units)
 
     def carry_out(self, estimate: RemoteEstimate, units: list[Unit]) -> Generator[Pass, None, None]:
-        """Have units drawn, and tell of them as they are done. Raises ClusterError."""
+        """Have units drawn; yield a ``Pass`` for each as it is done, and an empty one when none came for a while.
+
+        Raises ClusterError.
+        """
         workers = self.messages.workers()
         policy = RoundPolicy(units, workers, self.connection.silent())
         try:
             self.follow(policy.begin(time.monotonic()), estimate)
             while policy.waiting:
-                heard = self.messages.hear()
-                if not heard:
+                answers = self.messages.hear()
+                if not answers:
                     seen = self.messages.observe(requests_of(policy.waiting))
                     self.follow(policy.observe(seen, time.monotonic()), estimate)
                     yield Pass(0)
-                for request, outcome in heard:
+                for request, outcome in answers:
                     if not request.is_open:
                         continue
                     if isinstance(outcome, BaseException):
@@ -79,18 +82,18 @@ class RoundScheduler:
                         continue
                     statistics, report = outcome
                     self.take_in(estimate, request, statistics, report)
-                    done = policy.complete(request, report["worker"], report["seconds"], time.monotonic())
-                    self.follow(done, estimate)
+                    orders = policy.complete(request, report["worker"], report["seconds"], time.monotonic())
+                    self.follow(orders, estimate)
                     drawing, seconds = report["drawing"] / len(workers), report["seconds"] / len(workers)
                     yield Pass(report["samples"], drawing, seconds - drawing)
         finally:
             self.messages.cancel(futures_of(requests_of(policy.waiting)))
 
     def follow(self, orders: Orders, estimate: RemoteEstimate) -> None:
-        """Cancel and send requests."""
+        """Cancel and send requests as ordered."""
         self.messages.cancel(futures_of(orders.cancelled))
-        for worker, several in itertools.groupby(orders.asked, lambda request: request.worker):
-            requests = list(several)
+        for worker, group in itertools.groupby(orders.asked, lambda request: request.worker):
+            requests = list(group)
             arguments = [estimate.sums.arguments(request) for request in requests]
             alike = {"setup": self.setup, "settings": estimate.sums.settings}
             self.messages.traffic.again += sum(request.anew for request in requests)
@@ -101,7 +104,7 @@ class RoundScheduler:
     def take_in(
         self, estimate: RemoteEstimate, request: UnitRequest, statistics: Statistics, report: UnitReport
     ) -> None:
-        """Note what a unit that is done has told, and where its sums are."""
+        """Note the statistics of a unit that is done, its pace, and where its sums are."""
         self.messages.traffic.bytes_received += sum(values.nbytes for values in vars(statistics).values())
         region = request.unit.region
         pace = (report["seconds"] - report["opening"]) / max(report["samples"], 1)
@@ -109,7 +112,7 @@ class RoundScheduler:
         estimate.learn(Region(region.first, region.size, drawn, 0, pace, report["worker"]), statistics)
 
     def recover(self, policy: RoundPolicy, request: UnitRequest, error: BaseException) -> Orders:
-        """Return what follows from a request that failed. Raises an error that ends the round."""
+        """Return the orders that follow from a request that failed. Raises the error if it ends the round."""
         if isinstance(error, SceneMissingError):
             orders = policy.miss_scene(request, time.monotonic())
             if orders is not None:
@@ -123,7 +126,7 @@ class RoundScheduler:
         return policy.lose(request, time.monotonic())
 
     def gather(self, estimate: RemoteEstimate) -> Estimate:
-        """Return an estimate in this process with all sums; what is lost is drawn again. Raises ClusterError."""
+        """Return an estimate in this process with all sums; sums that are lost are drawn again. Raises ClusterError."""
         whole = Estimate(self.view, *self.kinds)
         layout, *arrays = whole.blank()
         came = np.zeros(self.view.pixel_count, bool)
@@ -132,9 +135,9 @@ class RoundScheduler:
             return [region for region in estimate.sums.regions if region.source is not None and not came[region.first]]
 
         with self.messages.in_reach():
-            while wanted := missing():
+            while regions := missing():
                 self.messages.require_scheduler()
-                byte_count = fetch_sums(self.connection, wanted, self.connection.silent(), arrays, came)
+                byte_count = fetch_sums(self.connection, regions, self.connection.silent(), arrays, came)
                 self.messages.traffic.bytes_received += byte_count
                 self.messages.traffic.bytes_of_sums += byte_count
                 for _ in self.carry_out(estimate, [once_more(estimate, region) for region in missing()]):
@@ -143,19 +146,19 @@ class RoundScheduler:
         return whole
 
     def scatter(self, whole: Estimate) -> list[Region]:
-        """Take sums to workers; return where they are. Raises ClusterError."""
+        """Send sums to workers; return where they are. Raises ClusterError."""
         return scatter_sums(self.connection, whole.state()[1:], len(self.messages.workers()))
 
     def describe(self) -> dict[str, Any]:
-        """Return units and bytes."""
+        """Return the numbers of workers, of units and of bytes that travelled."""
         return {"workers": len(self.connection.workers()), **vars(self.messages.traffic)}
 
     def close(self) -> None:
-        """Nothing is kept here."""
+        """Do nothing, as there is nothing to close; see ``Drawer``."""
 
 
 def once_more(estimate: RemoteEstimate, region: Region) -> Unit:
-    """Return a unit that draws the samples of a region once more."""
+    """Return a unit that draws all samples of a region again."""
     goal = estimate.drawn().ravel()[region.pixels]
     return Unit(replace(region, source=None, skip=0), goal, goal)
 

@@ -1,7 +1,7 @@
-"""What a worker of this machine's own cluster does first: hear the client alone, and end with it.
+"""What a worker started by ``--workers`` does first: it obeys the client alone, and ends when the client ends.
 
-It does not hear what a terminal, or whoever stops a service, says to all processes of a command: the client lets
-workers go when it has kept what there is. One that hangs ends all the same when the client is gone.
+The worker ignores the signals that a terminal or a service manager sends to all processes of a command, as the client
+ends its workers itself after it has kept what there is. A worker that hangs ends as well when the client is gone.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from tracer.core.processes import die_with
 
 
 def dask_setup(worker: Any) -> None:
-    """Called by Dask when a worker begins, in its first thread."""
+    """Prepare a worker. Dask calls this function when a worker begins, in its first thread."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)
     client = multiprocessing.parent_process()

@@ -1,4 +1,4 @@
-"""The sums of consecutive pixels: on the device of a worker, or in one piece on their way."""
+"""The sums of consecutive pixels: arrays on the device of a worker, or one buffer while they travel."""
 
 from __future__ import annotations
 
@@ -14,23 +14,26 @@ from tracer.cluster.work_balancer import Region
 from tracer.film.estimate import Estimate
 
 Buffer = NDArray[np.uint8]
-"""Sums, array after array."""
+"""Bytes of all sums, array after array."""
 TRASH: deque[Any] = deque()
-"""Device arrays that nobody wants any more; whoever frees them waits for the device, so that is left to its thread."""
+"""Device arrays that are not needed any more. A thread that frees them waits for the device, so only the thread of the
+device does it."""
 
 
 class Sums:
-    """What a unit leaves to the next one: used as it is by the worker that made it, packed for any other process."""
+    """Sums that a unit leaves to the next one: as arrays for the worker that made them, as a buffer for others."""
 
     def __init__(self, strip: Estimate | None, buffer: Buffer | None = None) -> None:
-        """``strip`` must be evaluated. Its arrays are asked for now: another thread, that sends them, would have to
-        wait for what the device draws meanwhile.
+        """``strip``: evaluated estimate with the sums; or None, and the sums are in ``buffer``.
+
+        The arrays are read now: if another thread read them later, to send them, it would have to wait for what the
+        device draws at that time.
         """
         self.strip, self.buffer = strip, buffer
         self.arrays = strip.state()[1:] if strip is not None else []
 
     def packed(self) -> Buffer:
-        """Return the sums in one piece."""
+        """Return the sums as one buffer."""
         return pack(self.arrays) if self.buffer is None else self.buffer
 
     def __del__(self) -> None:
@@ -38,12 +41,12 @@ class Sums:
             TRASH.append((self.strip, self.arrays))
 
     def fill(self, strip: Estimate, skip: int) -> None:
-        """Give ``strip`` the sums of its pixels, which come after ``skip`` others."""
+        """Give ``strip`` the sums of its pixels, before which there are ``skip`` other pixels in these sums."""
         if self.strip is not None and skip == 0 and self.strip.view.pixel_count == strip.view.pixel_count:
-            for band, own in zip(strip.bands, self.strip.bands, strict=True):
-                band.sums = own.sums  # adding to it makes new ones
+            for band, source_band in zip(strip.bands, self.strip.bands, strict=True):
+                band.sums = source_band.sums  # shared, as adding samples makes new arrays
             return
-        kinds = [each.dtype for each in strip.state()[1:]]
+        kinds = [array.dtype for array in strip.state()[1:]]
         strip.restore([strip.layout, *cut(self.packed(), kinds, skip, strip.view.pixel_count)])
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -52,42 +55,42 @@ class Sums:
 
 @sizeof.register(Sums)
 def bytes_of(sums: Sums) -> int:
-    """Return how much memory sums take, which Dask goes by when it chooses who works with them."""
-    return sum(each.nbytes for each in sums.arrays) if sums.buffer is None else sums.buffer.nbytes
+    """Return the bytes that sums take. Dask considers them when it chooses a worker for a task that needs the sums."""
+    return sum(array.nbytes for array in sums.arrays) if sums.buffer is None else sums.buffer.nbytes
 
 
 def pack(arrays: Sequence[NDArray]) -> Buffer:
-    """Return arrays (P,) in one piece."""
-    return np.concatenate([each.view(np.uint8) for each in arrays])
+    """Return arrays (P,) as one buffer."""
+    return np.concatenate([array.view(np.uint8) for array in arrays])
 
 
 def packed(arrays: Sequence[NDArray], first: int, size: int) -> Buffer:
-    """Return in one piece the sums of ``size`` pixels from ``first`` in arrays of the whole picture."""
-    return pack([each[first : first + size] for each in arrays])
+    """Return as one buffer the sums of ``size`` pixels from ``first`` on, from arrays (P,) of the whole picture."""
+    return pack([array[first : first + size] for array in arrays])
 
 
 def cut(sums: Buffer, kinds: Sequence[np.dtype], skip: int, size: int) -> list[NDArray]:
-    """Return the arrays, of these ``kinds``, that a buffer holds, for ``size`` pixels from the one after ``skip``."""
-    pixels = len(sums) // sum(kind.itemsize for kind in kinds)
-    found, at = [], 0
+    """Return the arrays (size,), of these ``kinds``, of the ``size`` pixels after the first ``skip`` in a buffer."""
+    pixel_count = len(sums) // sum(kind.itemsize for kind in kinds)
+    arrays, start = [], 0
     for kind in kinds:
-        piece = sums[at + skip * kind.itemsize : at + (skip + size) * kind.itemsize]
-        found.append(piece.view(kind))
-        at += pixels * kind.itemsize
-    return found
+        piece = sums[start + skip * kind.itemsize : start + (skip + size) * kind.itemsize]
+        arrays.append(piece.view(kind))
+        start += pixel_count * kind.itemsize
+    return arrays
 
 
 def write(sums: Buffer, region: Region, arrays: Sequence[NDArray]) -> None:
     """Write the sums of a region to their places in arrays (P,) of the whole picture."""
-    pieces = cut(sums, [each.dtype for each in arrays], region.skip, region.size)
+    pieces = cut(sums, [array.dtype for array in arrays], region.skip, region.size)
     for array, piece in zip(arrays, pieces, strict=True):
         array[region.pixels] = piece
 
 
 def by_source(regions: Sequence[Region]) -> list[list[Region]]:
-    """Return the regions that have sums, together those whose sums are in one piece."""
-    found: dict[int, list[Region]] = {}
+    """Return the regions that have sums, in groups whose sums have one source."""
+    groups: dict[int, list[Region]] = {}
     for region in regions:
         if region.source is not None:
-            found.setdefault(id(region.source), []).append(region)
-    return list(found.values())
+            groups.setdefault(id(region.source), []).append(region)
+    return list(groups.values())

@@ -1,4 +1,4 @@
-"""Bring sums from workers, and take sums to them."""
+"""Fetch sums from workers, and send sums to them."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from tracer.cluster.work_balancer import Region
 from tracer.errors import SceneMissingError
 
 AT_ONCE = 16
-"""Sums that are fetched at a time, each of megabytes."""
+"""Number of units whose sums are fetched at a time. The sums of one unit are megabytes."""
 HANG_SECONDS = 10.0
-"""If no sums come for so long, whoever has them hangs."""
+"""If no sums come for this many seconds, the workers that have the others count as hanging."""
 
 
 def fetch_sums(
@@ -27,37 +27,38 @@ def fetch_sums(
     arrays: Sequence[NDArray],
     came: NDArray[np.bool_],
 ) -> int:
-    """Write the sums of regions into ``arrays`` (P,), and note in ``came`` (P,) those that came; return their bytes.
+    """Write the sums of regions into ``arrays`` (P,), and mark in ``came`` (P,) the pixels whose sums came.
 
-    Those of ``silent`` workers are asked for last. What is lost with its worker does not come. Raises ClusterError.
+    Sums of ``silent`` workers are asked for last. Sums that are lost with their worker do not come. Returns the bytes
+    that were received. Raises ClusterError.
     """
-    messages = Messages(connection)  # of its own, as others hear of units
-    # Last, as they are taken from the end, those of workers that are there.
-    wanted = sorted(by_source(regions), key=lambda several: several[0].worker not in silent)
+    messages = Messages(connection)  # a separate inbox, as that of the scheduler is for units
+    # Groups are taken from the end of this list, so those of workers that answer stand last.
+    groups = sorted(by_source(regions), key=lambda group: group[0].worker not in silent)
     under_way, quiet, byte_count = 0, 0.0, 0
-    while (wanted or under_way) and quiet < HANG_SECONDS:
-        while wanted and under_way < AT_ONCE:
-            several = wanted.pop()
-            messages.listen(several[0].source, several)
+    while (groups or under_way) and quiet < HANG_SECONDS:
+        while groups and under_way < AT_ONCE:
+            group = groups.pop()
+            messages.listen(group[0].source, group)
             under_way += 1
-        heard = messages.hear()
-        quiet = 0.0 if heard else quiet + TICK
-        for several, outcome in heard:
+        answers = messages.hear()
+        quiet = 0.0 if answers else quiet + TICK
+        for group, outcome in answers:
             under_way -= 1
             if isinstance(outcome, CancelledError | KilledWorker | SceneMissingError):
-                continue  # lost with its worker, or with one that was to draw it again: whoever misses it draws it
+                continue  # lost with its worker, or with one that was to draw it again: the caller has it drawn again
             if isinstance(outcome, BaseException):
                 raise explained(outcome) from None
             sums = outcome["sums"].packed()
             byte_count += sums.nbytes
-            for region in several:
+            for region in group:
                 write(sums, region, arrays)
                 came[region.pixels] = True
     return byte_count
 
 
 def scatter_sums(connection: Connection, arrays: Sequence[NDArray], parts: int) -> list[Region]:
-    """Take sums (P,) of a whole picture to workers in about so many parts; return where they are."""
+    """Send the sums (P,) of a whole picture to workers in at most ``parts`` pieces; return where they are."""
     pixel_count = len(arrays[0])
     size = -(-pixel_count // parts)
     regions = []

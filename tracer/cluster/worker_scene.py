@@ -1,4 +1,4 @@
-"""What a worker keeps open between units: a scene, its kernels, and the one thread that they are used from."""
+"""What a worker keeps open between units: a scene, its kernels, and the one thread that uses them."""
 
 from __future__ import annotations
 
@@ -23,20 +23,25 @@ from tracer.scene.view import open_scene
 from tracer.session.local_drawer import LocalDrawer
 
 DEVICE = ThreadPoolExecutor(1, "tracer-device")
-"""A worker may run several units at a time; they take turns here, each with all of its threads."""
+"""The thread that uses the device. If Dask gives a worker several units at a time, they take turns in this thread, each
+with all of Dr.Jit's threads."""
 THREADS = "threads"
+"""Name of the Dask resource that says how many threads a worker draws with."""
 Place = tuple[Path, int]
-"""Folder of a worker, and threads that it draws with."""
+"""Local folder of a worker, and the number of threads that it draws with."""
 
 
 class WorkerScene:
-    """A scene that a worker has open, and who draws it."""
+    """A scene that a worker has open, and the drawers for it."""
 
     current: WorkerScene | None = None
-    """The one that was used last. One at a time: scenes are large, and each slows down the others."""
+    """The scene that is open. There is one at a time: scenes are large, and each slows down the others."""
 
     def __init__(self, setup: Setup, folder: Path, threads: int) -> None:
-        """``folder``: of the worker; ``threads``: how many it may use. Raises the errors of ``open_scene``."""
+        """``folder``: local folder of the worker; ``threads``: number of threads that it may use.
+
+        Raises the errors of ``find_scene`` and ``open_scene``.
+        """
         backend.activate(setup.variant)
         dr.set_thread_count(threads)
         self.setup = setup
@@ -48,32 +53,32 @@ class WorkerScene:
         self.drawers: dict[str | None, LocalDrawer] = {}
 
     def drawer(self, criterion: str | None) -> LocalDrawer:
-        """Return who draws, and gathers the moments of a criterion."""
+        """Return the drawer that gathers the moments of a criterion; None: no moments."""
         if criterion not in self.drawers:
             moments = None if criterion is None else criteria.get(criterion).moments
             self.drawers[criterion] = LocalDrawer(self.view, make_sampler(), moments)
         return self.drawers[criterion]
 
     def strip(self, size: int, kinds: tuple[int, int]) -> Estimate:
-        """Return an estimate of ``size`` consecutive pixels, without samples."""
+        """Return an estimate of ``size`` pixels in a row without samples; ``kinds``: numbers of moments and peaks."""
         frame = PlainFrame((1, size), 0, list(self.view.channels), self.view.reach, (0, 0, size, 1))
         return Estimate(frame, *kinds, rfilter=self.view.film.rfilter())
 
     def close(self) -> None:
-        """Let go of the scene."""
+        """Close the drawers and the scene."""
         for drawer in self.drawers.values():
             drawer.close()
         self.stack.close()
 
 
 def place_of(worker: Any) -> Place:
-    """Return folder and threads of a worker: as many as Dask has there, if no resource of the name THREADS says."""
+    """Return the local folder and the threads of a Dask worker: its resource THREADS, or else its Dask threads."""
     threads = worker.state.total_resources.get(THREADS, worker.state.nthreads)
     return Path(worker.local_directory), int(threads)
 
 
 def open_worker_scene(setup: Setup, folder: Path, threads: int) -> WorkerScene:
-    """Return the open scene of a setup, in place of any other. Call it on DEVICE only."""
+    """Return the scene of a setup, and open it if it is not; any other scene is closed. Call this on DEVICE only."""
     if WorkerScene.current is None or WorkerScene.current.setup != setup:
         close_worker_scene()
         WorkerScene.current = WorkerScene(setup, folder, threads)
@@ -82,14 +87,14 @@ def open_worker_scene(setup: Setup, folder: Path, threads: int) -> WorkerScene:
 
 @atexit.register
 def close_worker_scene() -> None:
-    """Let go of the scene that is open, while Mitsuba is still there."""
+    """Close the scene that is open; at exit this happens before Mitsuba is unloaded."""
     if WorkerScene.current is not None:
         WorkerScene.current.close()
         WorkerScene.current = None
 
 
 def find_scene(setup: Setup, folder: Path) -> Path:
-    """Return where this worker has the scene. Raises SceneMissingError if it does not have it."""
+    """Return the scene file of a setup: in a shared folder, or from a bundle. Raises SceneMissingError without one."""
     define: dict[str, Any] = dict(setup.define)
     shared = Path(setup.scene)
     if shared.is_file() and fingerprint(shared, define) == setup.scene_hash:

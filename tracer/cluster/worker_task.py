@@ -1,4 +1,4 @@
-"""What a worker does: draw a unit. These functions run on workers, called by Dask."""
+"""What a worker does: it draws a unit. Dask calls these functions on workers."""
 
 from __future__ import annotations
 
@@ -18,15 +18,18 @@ from tracer.session.memory import SMALLEST_PASS
 
 
 class UnitReport(TypedDict):
-    """What a unit took."""
+    """How many samples a unit had, and how long it took."""
 
     samples: int
+    """Number of samples that were drawn."""
     opening: float
-    """Seconds for a scene that was not open yet."""
+    """Seconds of opening the scene, if it was not open yet."""
     drawing: float
+    """Seconds of drawing the samples."""
     seconds: float
-    """In all."""
+    """Seconds in all."""
     worker: str
+    """Address of the worker."""
 
 
 def draw_unit(
@@ -39,13 +42,14 @@ def draw_unit(
     setup: Setup,
     settings: RoundSettings,
 ) -> dict[str, Any]:
-    """Draw what ``size`` pixels from ``first_pixel`` lack of one or several rounds, and add it to the sums there are.
+    """Draw the samples that ``size`` pixels from ``first_pixel`` on lack of one or more rounds, and add them to sums.
 
-    ``before``: what an earlier unit returned for these pixels and others, ``skip`` pixels before them; None: there are
-    no sums yet. ``stretches``: of each round, these pixels and those that share packets with them.
+    ``before``: what an earlier unit returned for these pixels and perhaps others, of which ``skip`` come before them;
+    None: there are no sums yet. ``stretches``: for each round, these pixels and the pixels that share packets with
+    them.
 
     Returns ``sums`` (Sums), ``statistics`` (Statistics of a grid of one row) and ``report`` (UnitReport). Raises
-    ClusterError if this worker is not made of the same as the client.
+    ClusterError if this worker does not have the software of the client.
     """
     worker = get_worker()
     require_same(software(), settings.made_of, worker.address)
@@ -66,7 +70,10 @@ def draw_on_device(
     pixels: tuple[int, int],
     stretches: list[Stretch],
 ) -> dict[str, Any]:
-    """Do the work of ``draw_unit``; ``place``: folder and threads of the worker, ``pixels``: the first, how many."""
+    """Do the work of ``draw_unit`` in the thread DEVICE.
+
+    ``place``: local folder and threads of the worker; ``pixels``: number of the first pixel, and how many there are.
+    """
     start = time.perf_counter()
     TRASH.clear()
     scene = open_worker_scene(setup, *place)
@@ -80,16 +87,16 @@ def draw_on_device(
             before["sums"].fill(strip, skip)
         passes: list[Pass] = []
         for stretch in stretches:
-            drawn = stretch.after.copy()  # of its neighbours nothing is to be drawn
+            drawn = stretch.after.copy()  # as if neighbouring pixels had all samples: none of theirs is to be added
             drawn[first - stretch.first_pixel :][:size] = strip.drawn().ravel()
             line = Line(stretch, drawn, first)
             passes += drawer.draw_line(strip, line, settings.seed, settings.scale, first)
         statistics = strip.statistics()
         dr.sync_thread()
     report = UnitReport(
-        samples=sum(one.samples for one in passes),
+        samples=sum(drawn_pass.samples for drawn_pass in passes),
         opening=opening,
-        drawing=sum(one.seconds_drawing for one in passes),
+        drawing=sum(drawn_pass.seconds_drawing for drawn_pass in passes),
         seconds=time.perf_counter() - start,
         worker=address,
     )
@@ -97,19 +104,24 @@ def draw_on_device(
 
 
 def reported(drawn: dict[str, Any]) -> tuple[Any, UnitReport]:
-    """Return what the client hears of a unit: statistics, and what it took."""
+    """Return what the client receives of a unit that is drawn: its statistics, and its report."""
     return drawn["statistics"], drawn["report"]
 
 
 def prepare(setup: Setup) -> None:
-    """Open the scene, and compile what units need, before the first does. Raises whatever that raises."""
+    """Open the scene and compile the kernels that units need, before the first unit comes.
+
+    Raises the errors of ``WorkerScene`` and of drawing.
+    """
     worker = get_worker()
     place = place_of(worker)
     settings = RoundSettings(software(), None, SMALLEST_PASS, 0, 1.0)
-    one = np.ones(1, np.uint32)
+    counts = np.ones(1, np.uint32)
 
     def compile_all() -> None:
-        drawn = draw_on_device(worker.address, setup, place, settings, None, 0, (0, 1), [Stretch(0, 0 * one, one)])
-        draw_on_device(worker.address, setup, place, settings, drawn, 0, (0, 1), [Stretch(0, one, 2 * one)])
+        drawn = draw_on_device(
+            worker.address, setup, place, settings, None, 0, (0, 1), [Stretch(0, 0 * counts, counts)]
+        )
+        draw_on_device(worker.address, setup, place, settings, drawn, 0, (0, 1), [Stretch(0, counts, 2 * counts)])
 
     DEVICE.submit(compile_all).result()
