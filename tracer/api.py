@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from tracer.progress import ProgressCallback
 from tracer.result import Result
 from tracer.scene.view import Crop, Size
 from tracer.session.render import render_request
-from tracer.session.request import EVERY_SECONDS, Request, checkpoint_file
+from tracer.session.request import EVERY_SECONDS, Request, check_files, checkpoint_file
 from tracer.settings import Settings
 
 
@@ -66,28 +67,27 @@ def render(
         settings["criterion"] = criterion_name(settings["criterion"], checkpoint)
     if isinstance(importance, str | Path):
         settings["importance"], importance = str(importance), None
-    backend.activate()
     path = None if checkpoint is None else Path(checkpoint)
+    request = Request(
+        scene,
+        settings,
+        sensor=sensor,
+        integrator=integrator,
+        size=size,
+        crop=crop,
+        define=define,
+        importance=importance,
+        features=features,
+        denoise=denoise,
+        memory_limit=memory_limit,
+        started=started,
+        progress=progress,
+        checkpoint=checkpoint_file(path, checkpoint_every, resume, overwrite),
+    )
+    check_files(request)  # before workers are started
+    backend.activate()
     with hired(cluster) as workers:
-        return render_request(
-            Request(
-                scene,
-                settings,
-                sensor=sensor,
-                integrator=integrator,
-                size=size,
-                crop=crop,
-                define=define,
-                importance=importance,
-                features=features,
-                denoise=denoise,
-                memory_limit=memory_limit,
-                workers=workers,
-                started=started,
-                progress=progress,
-                checkpoint=checkpoint_file(path, checkpoint_every, resume, overwrite),
-            )
-        )
+        return render_request(replace(request, workers=workers))
 
 
 def criterion_name(criterion: Any, checkpoint: Any) -> Any:

@@ -97,6 +97,13 @@ def test_frames_that_would_all_be_the_same(tmp_path):
     check_frames(job(scene=scene, frames="1-2"))
 
 
+@pytest.mark.parametrize("twice", [{"sensor": ["0", "1", "0"]}, {"frames": "3,4,3"}])
+def test_no_picture_is_written_over_by_another(tmp_path, twice):
+    repeated = job(output=str(tmp_path / "out.exr"), **twice)
+    with pytest.raises(OutputError, match="would be written more than once"):
+        check_outputs(list(pictures_of(repeated, 2)), repeated)
+
+
 def test_outputs_are_checked_before_the_first(tmp_path):
     (tmp_path / "out.0002.exr").write_text("mine")
     wanted = job(output=tmp_path / "out.####.exr", frames="1-3")

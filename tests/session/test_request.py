@@ -9,6 +9,7 @@ from tracer.core.wording import speaking_to_command_line
 from tracer.errors import OutputError, SettingsError
 from tracer.scene.fingerprint import fingerprint
 from tracer.scene.loaded import LoadedScene
+from tracer.scene.view import open_scene
 from tracer.session.request import (
     CheckpointFile,
     PictureFile,
@@ -47,4 +48,6 @@ def test_scenes_are_hashed_where_somebody_asks(tmp_path):
     assert scene_hash_of(Request(scene)) == ""
     asked = Request(scene, checkpoint=CheckpointFile(tmp_path / "state.ckpt"))
     assert scene_hash_of(asked) == fingerprint(scene)
+    with open_scene(scene) as view:
+        assert scene_hash_of(Request(view, checkpoint=asked.checkpoint)) == fingerprint(view.scene)
     assert scene_hash_of(Request(LoadedScene(Path("a.xml"), {}, "abc", None))) == "abc"

@@ -152,7 +152,7 @@ def hang(self, finished):
         mi.Bitmap("picture.exr")  # which Mitsuba waits for with one thread, for ever
     return True
 
-loop.Rendering.go_on = hang
+loop.Rendering.keep_and_tell = hang
 main()
 """
 

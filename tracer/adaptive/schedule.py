@@ -72,6 +72,10 @@ class Schedule:
         goal, self.stopped_by = next_goal(self.goals, done, self.settings, self.noise, self.clock)
         return goal
 
+    def stop(self, reason: Reason) -> None:
+        """Let the render end after the pass that was drawn last."""
+        self.stopped_by = reason
+
     def is_last(self, goal: int) -> bool:
         """Return whether a round that ends with ``goal`` samples spends the whole budget."""
         return goal == self.goals[-1]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from tracer.core.suggest import did_you_mean
-from tracer.errors import SettingsError
+from tracer.errors import OutputError, SettingsError
 from tracer.io import atomic
 from tracer.scene.loaded import LoadedScene
 from tracer.session.request import EVERY_SECONDS, PictureFile, Request, checkpoint_file
@@ -61,7 +62,7 @@ class Job(BaseModel):
     features: bool = False
     """Whether layers of albedo, normal, depth and shapes are written too."""
     denoise: bool = False
-    """Whether a denoised picture is made too."""
+    """Whether the noise is taken out of the picture; the noisy one is then a layer of its own."""
     layers: Literal["all", "rgb"] = "all"
     """What an EXR holds: all layers, or the picture alone in linear sRGB, so that it can be read as a texture or an
     environment."""
@@ -276,11 +277,11 @@ def check_frames(job: Job) -> None:
 
 
 def check_outputs(pictures: list[JobPicture], job: Job) -> None:
-    """Raise OutputError if any file of a job cannot be written, before the first picture is rendered.
-
-    Raises SettingsError if there is nothing to resume from.
-    """
-    checkpoint_file(job.checkpoint, job.checkpoint_every, job.resume, job.overwrite)
+    """Raise OutputError if any file of a job cannot be written, before the first picture is rendered."""
+    paths = [path for picture in pictures for path in (picture.output, picture.checkpoint) if path is not None]
+    repeated = next((path for path, count in Counter(paths).items() if count > 1), None)
+    if repeated is not None:
+        raise OutputError(f"'{repeated}' would be written more than once; name every frame and every sensor once.")
     for picture in pictures:
         if picture.output is not None:
             atomic.check_output(picture.output, job.overwrite or job.resume)

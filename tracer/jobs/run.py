@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -21,7 +20,7 @@ from tracer.result import Result
 from tracer.scene.loaded import LoadedScene, load_scene
 from tracer.scene.view import pick_sensor
 from tracer.session.render import render_request
-from tracer.session.request import Request
+from tracer.session.request import Request, checkpoint_file
 from tracer.settings import check_settings
 
 
@@ -34,12 +33,12 @@ def perform(
     begins. Mistakes are looked for before the first ray, as far as possible. Raises the errors of ``tracer.errors``.
     """
     check_settings(**job.settings)
+    checkpoint_file(job.checkpoint, job.checkpoint_every, job.resume, job.overwrite)  # refuses to resume from nothing
     if job.workers is not None and job.scheduler is not None:
         raise SettingsError("Name workers or a scheduler, not both.")
     check_frames(job)
     check_outputs(list(pictures_of(job, 1)), job)
     backend.activate(job.variant)
-    started = time.perf_counter() if started is None else started
     with hired(job.workers or job.scheduler) as workers:
         for picture, scene in pictures_with_scenes(job):
             request = request_for(job, picture, scene)
@@ -55,8 +54,8 @@ def pictures_with_scenes(job: Job) -> Iterator[tuple[JobPicture, LoadedScene]]:
     """Yield the pictures of a job with their scenes; successive pictures of the same scene share the loaded scene."""
     for (path, define), _ in itertools.groupby(pictures_of(job, 1), lambda picture: (picture.scene, picture.define)):
         scene = load_scene(path, define)
-        shots_of_all_sensors = pictures_of(job, len(scene.scene.sensors()))
-        pictures = [picture for picture in shots_of_all_sensors if (picture.scene, picture.define) == (path, define)]
+        pictures_of_scene_files = pictures_of(job, len(scene.scene.sensors()))
+        pictures = [picture for picture in pictures_of_scene_files if (picture.scene, picture.define) == (path, define)]
         check_outputs(pictures, job)
         for picture in pictures:
             pick_sensor(scene.scene, picture.sensor, path)

@@ -126,11 +126,12 @@ class Keeper:
 
 
 def make_keeper(
-    request: Request, view: View, settings: Settings, weights: Floats, scene_hash: str, source: str
+    request: Request, view: View, settings: Settings, weights: Floats, scene_hash: str, source: str, at_risk: bool
 ) -> Keeper | None:
     """Return what keeps the state of a render, if that is asked for.
 
-    ``weights`` (grid): what the person wants more of; ``source``: what the samples are called.
+    ``weights`` (grid): what the person wants more of; ``source``: what the samples are called; ``at_risk``: see
+    ``Keeper.save_after_round``.
     """
     if request.checkpoint is None:
         return None
@@ -144,4 +145,4 @@ def make_keeper(
         settings=settings.model_dump(),
         sources=[source],
     )
-    return Keeper(request.checkpoint, header, at_risk=request.workers is not None)
+    return Keeper(request.checkpoint, header, at_risk)

@@ -1,4 +1,4 @@
-"""What is written beside a picture so that it can be made again."""
+"""Write the picture of a render: its layers, their names, and the metadata with which it can be made again."""
 
 from __future__ import annotations
 

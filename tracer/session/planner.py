@@ -63,17 +63,17 @@ class Planner:
         decides = self.holds_out and state.held_out is None
         return self.settings.seed ^ HELD_OUT_KEY if decides else self.settings.seed
 
-    def plan(self, state: State, schedule: Schedule, goal: int, empty: Callable[[], Estimate]) -> None:
+    def plan(self, state: State, schedule: Schedule, goal: int, make_empty: Callable[[], Estimate]) -> None:
         """Decide who gets the samples of a round that ends with ``goal`` of them in all.
 
-        ``empty`` makes an estimate without samples, for those that are in the picture where others have decided.
+        ``make_empty`` makes an estimate without samples, for those that are in the picture where others have decided.
         """
         known = None
         if state.done > 0 and self.criterion.needs_radiance:
             with self.recorder.timing("seconds_statistics"):
                 known = state.estimate.statistics()
         if self.holds_out and schedule.is_last(goal) and state.held_out is None:
-            self.hold_out(state, empty())
+            self.hold_out(state, make_empty())
         if state.held_out is not None:
             goal -= int(state.held_out_samples)
         if self.loses_light and known is not None:

@@ -49,15 +49,17 @@ def render_request(request: Request) -> Result:
     check_files(request)
     scene_hash = scene_hash_of(request)
     drawer_for = None if request.workers is None else request.workers(request, scene_hash)
-    with opened(request) as view, begun(request, view, scene_hash, drawer_for, started) as rendering:
-        result = complete(rendering, request)
+    with open_view(request) as view:
+        with begun(request, view, scene_hash, drawer_for, started) as rendering:
+            result, keeper = complete(rendering, request), rendering.keeper
+        del rendering  # its sums: writing takes memory of its own
     if request.picture is not None:
-        write_picture(request.picture, result, scene_hash, rendering.keeper)
+        write_picture(request.picture, result, scene_hash, keeper)
     return result
 
 
 @contextmanager
-def opened(request: Request) -> Iterator[View]:
+def open_view(request: Request) -> Iterator[View]:
     """Open the view that is asked for, if it is not."""
     if isinstance(request.scene, View):
         yield request.scene
@@ -73,19 +75,21 @@ def opened(request: Request) -> Iterator[View]:
 def begun(
     request: Request,
     view: View,
-    scene_hash: str = "",
+    scene_hash: str | None = None,
     drawer_for: DrawerFor | None = None,
     started: float | None = None,
 ) -> Iterator[Rendering]:
     """Make all that the render of an open view needs, and let go of it at the end.
 
-    ``drawer_for``: makes who draws, if that is not this process; ``started``: as for ``Request``.
+    ``scene_hash``: that of the request, if it is known; ``drawer_for``: makes who draws, if that is not this process;
+    ``started``: as for ``Request``.
     """
+    scene_hash = scene_hash_of(request) if scene_hash is None else scene_hash
     settings, samples_name = settings_of(request, view)
     recorder = Recorder(Report(settings))
     clock = Clock(settings.time, recorder.start if started is None else started, view.pixel_count)
     clock.keep_back(view.pixel_count * (FEATURE_SECONDS * request.features + DENOISE_SECONDS * request.denoise))
-    if request.picture is not None:
+    if request.picture is not None or request.part is not None:  # parts are written when they are merged
         exr.check_channels(view.channels)
     if request.denoise or settings.objective == "denoised":
         load_denoiser()  # before the work, not after
@@ -95,7 +99,7 @@ def begun(
         criterion = criteria.get(settings.criterion)
         schedule = Schedule(settings, criterion, view.pixel_count, clock, settings.noise is not None or request.denoise)
         state = State.beginning(drawer.empty(), settings)
-        keeper = make_keeper(request, view, settings, weights, scene_hash, samples_name)
+        keeper = make_keeper(request, view, settings, weights, scene_hash, samples_name, at_risk=drawer_for is not None)
         if keeper is not None:
             state = keeper.load(state, drawer.empty())
             state.plan_anew(schedule.budget)

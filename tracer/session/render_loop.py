@@ -31,8 +31,11 @@ class Rendering:
     schedule: Schedule
     """Says when to stop."""
     keeper: Keeper | None
+    """Keeps the state in a checkpoint, if there is to be one."""
     reporter: ProgressReporter
+    """Tells the caller how far the render is."""
     recorder: Recorder
+    """Notes where the seconds go."""
 
     def run(self) -> None:
         """Draw round after round, or those that are missing, until there is a reason to stop."""
@@ -49,33 +52,33 @@ class Rendering:
             self.measure_noise(anew=self.state.meter.image is None)
 
     def draw_round(self) -> None:
-        """Draw what the allocation has beyond what is drawn, pass by pass; left early where there is reason to stop."""
+        """Draw what the allocation has beyond what is drawn, pass by pass, until there is a reason to stop."""
         state, allocation, start = self.state, self.state.allocation, time.perf_counter()
         assert allocation is not None
-        left = int((allocation - state.estimate.drawn()).sum())
+        missing = int((allocation - state.estimate.drawn()).sum())
         seed, scale = self.planner.seed(state), self.planner.settings.spp**-0.5
         with closing(self.drawer.draw(state.estimate, state.drawn, allocation, seed, scale)) as passes:
             for drawn in passes:
-                left -= drawn.samples
+                missing -= drawn.samples
                 state.done += drawn.samples
                 self.recorder.add_pass(drawn)
                 if drawn.samples:
                     self.schedule.clock.passed(drawn.samples)
-                if not self.go_on(finished=left == 0):
+                if not self.keep_and_tell(finished=missing == 0):
                     return
         self.recorder.add_round(state, allocation, time.perf_counter() - start)
         state.drawn, state.allocation = allocation, None
         self.end_round()
 
-    def go_on(self, finished: bool) -> bool:
+    def keep_and_tell(self, finished: bool) -> bool:
         """Keep and tell what there is after a pass; return whether to continue with this round, or what follows it."""
         state, schedule = self.state, self.schedule
         if self.keeper is not None and not finished:
             self.keeper.save_if_due(state)
         if self.reporter.tell(state) is False and state.done < schedule.budget:
-            schedule.stopped_by = "person"
+            schedule.stop("person")
         elif not finished and schedule.clock.is_over() and len(state.rounds) > 0:
-            schedule.stopped_by = "time"
+            schedule.stop("time")
         return finished or schedule.stopped_by is None
 
     def end_round(self) -> None:
@@ -99,10 +102,10 @@ class Rendering:
 
     def rehearse(self) -> None:
         """Develop the picture twice: that compiles what it needs, and then tells how much time to keep for the end."""
-        for _ in range(2):
+        with self.recorder.timing("seconds_statistics"):
+            self.state.estimate.develop()
             start = time.perf_counter()
-            with self.recorder.timing("seconds_statistics"):
-                self.state.estimate.develop()
+            self.state.estimate.develop()
         self.schedule.clock.keep_back(time.perf_counter() - start)
 
     def what_is_kept(self) -> str:

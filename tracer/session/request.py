@@ -14,7 +14,7 @@ from tracer.io.exr import Chosen
 from tracer.progress import ProgressCallback
 from tracer.scene.fingerprint import fingerprint
 from tracer.scene.loaded import LoadedScene
-from tracer.scene.view import Crop, Size
+from tracer.scene.view import Crop, Size, View
 from tracer.session.local_drawer import DrawerFor
 from tracer.session.shards import Part
 from tracer.settings import Settings
@@ -44,7 +44,7 @@ class PictureFile:
     overwrite: bool = False
     layers: Chosen = "all"
     origin: dict[str, Any] = field(default_factory=dict)
-    """What the picture was asked for with, as plain values; kept beside it."""
+    """What the picture was asked for with, as plain values: the attribute "job" of an EXR; a PNG does not hold it."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Request:
     size: Size = None
     crop: Crop = None
     define: dict[str, str] | None = None
-    """As for ``tracer.scene.view.open_scene``, like the four before it."""
+    """As for ``tracer.scene.view.open_scene``, like the four fields before it. A ``View`` that is open has its own."""
 
     importance: Any = None
     """Array (H, W) whose values multiply each pixel's importance, in place of the image file of the settings."""
@@ -113,8 +113,9 @@ def check_files(request: Request) -> None:
 
 def scene_hash_of(request: Request) -> str:
     """Return what identifies the scene of a request, "" where nobody asks for it. Raises SceneError."""
-    if isinstance(request.scene, LoadedScene):
-        return request.scene.scene_hash
+    scene = request.scene
+    if isinstance(scene, LoadedScene):
+        return scene.scene_hash
     if request.checkpoint is None and request.picture is None and request.workers is None:
         return ""
-    return fingerprint(request.scene, request.define)
+    return fingerprint(scene.scene if isinstance(scene, View) else scene, request.define)
