@@ -3,6 +3,7 @@
 import logging
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from dask.distributed import get_worker
@@ -69,3 +70,12 @@ def test_what_goes_wrong_is_logged_unless_the_first_unit_raises_it(two_workers, 
     logged = [record.getMessage() for record in caplog.records if record.name == connection.__name__]
     assert len(set(logged)) == messages
     assert all("ValueError: there is no room on tcp://" in message for message in logged)
+
+
+def test_a_client_that_cannot_be_closed_does_not_hide_what_happened():
+    """Dask itself raises at times where a scheduler is gone: its futures change while it connects anew."""
+
+    def fail(timeout):
+        raise RuntimeError("dictionary changed size during iteration")
+
+    connection.close(SimpleNamespace(close=fail))

@@ -159,7 +159,15 @@ def connected(cluster: Any) -> Iterator[Any]:
     try:
         yield client
     finally:
+        close(client)
+
+
+def close(client: Any) -> None:
+    """Let go of a client. What Dask raises meanwhile must not take the place of what the block has raised."""
+    try:
         client.close(timeout=5)
+    except Exception as error:  # such as RuntimeError in its attempt to reconnect to a scheduler that is gone
+        logger.debug("Dask could not close its client: %s", error)
 
 
 def checked(connection: Connection) -> Connection:
