@@ -85,3 +85,8 @@ def test_no_modules_import_one_another_in_a_circle():
 
 def test_nothing_that_is_installed_imports_what_measures_it():
     assert not [(importer, name) for importer, name in imports() if name.split(".")[0] == "benchmarks"]
+
+
+def test_no_file_is_two_rooms_in_one():
+    lengths = {path: path.read_text().count("\n") for path in [*ROOT.rglob("*.py"), *ROOT.parent.rglob("plugins/*.py")]}
+    assert not [f"{path}: {length} lines" for path, length in lengths.items() if length > 400]

@@ -9,9 +9,7 @@ from numpy.typing import NDArray
 from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import csr_matrix, hstack, identity
 
-from tracer.core.arrays import Floats
-
-Integers = NDArray[np.int64]
+from tracer.core.arrays import Floats, Integers
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
 """The loop: exact budgets, bounds, repeatability, sources, stopping."""
 
+import dataclasses
 import weakref
 
 import drjit as dr
@@ -13,6 +14,7 @@ from tracer.errors import SettingsError
 from tracer.result import empty_pixels
 from tracer.scene.view import open_scene
 from tracer.session.render import begun, complete, render_request
+from tracer.session.render_loop import Rendering
 from tracer.session.request import Request
 
 ALL = ["face_entropy", "fused", "shape_entropy", "uniform", "variance"]
@@ -232,3 +234,7 @@ def test_a_preview_that_cannot_be_written_does_not_end_the_render(cornell, tmp_p
     result = tracer.render(cornell(), spp=8, progress=preview)
     assert result.report.complete
     assert any("asynchronously cannot be written" in sentence for sentence in result.report.unwritten)
+
+
+def test_a_render_under_way_is_few_things():
+    assert len(dataclasses.fields(Rendering)) <= 8

@@ -9,14 +9,12 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from tracer.adaptive import budget
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Counts, Floats
 from tracer.core.quantities import mean_count
 from tracer.criteria import Criterion, Evidence
 from tracer.film import bias
 from tracer.film.estimate import Statistics
 from tracer.settings import Settings
-
-Counts = NDArray[np.uint32]
 
 RAYS_PER_DECISION = 3.5
 """Cost of a decision (statistics, importance, another pass) per pixel, in rays of samples. On eight scenes of 49 000

@@ -5,11 +5,10 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Floats, Integers
 
-Integers = NDArray[np.int64]
 GOLDEN = (1 + 5**0.5) / 2
 """The golden ratio."""
 

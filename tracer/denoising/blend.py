@@ -14,10 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, maximum_filter
 
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Floats, Singles
 from tracer.image import colour, objective
 
-Singles = NDArray[np.float32]
 SMOOTH = 3.0
 """Standard deviation in pixels over which squared errors are averaged."""
 UNMEASURED = 0.5

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation, grey_opening, maximum_filter, median_filter, uniform_filter
 
+from tracer.core.arrays import Mask
 from tracer.image import colour
 
-Mask = NDArray[np.bool_]
 CONTRAST = 30.0
 """Least brightness of an outlier, in multiples of its surroundings. From here on a lamp is smeared: at 30 times by 2 %
 of itself, at 300 times by 10 %, at 3,000 times by 40 %."""

@@ -18,6 +18,7 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from tracer.core.arrays import Singles
 from tracer.core.device import divide, numpy_kind, upload
 from tracer.film.pixel_sums import Tree, bands
 from tracer.sampling.samples import Samples
@@ -25,7 +26,6 @@ from tracer.sampling.wavefront import Window
 from tracer.scene.frame import Frame
 from tracer.scene.view import View
 
-Singles = NDArray[np.float32]
 PRIOR_RADIUS, PRIOR_DEGREES = 3, 16.0
 """PRIOR_RADIUS: pixels on each side of the window around a pixel whose variance is the prior of the pixel's variance.
 PRIOR_DEGREES: degrees of freedom for which that prior counts. With 7 x 7 pixels and 16 degrees the true error of the

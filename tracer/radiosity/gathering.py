@@ -17,9 +17,8 @@ from dataclasses import dataclass
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from numpy.typing import NDArray
 
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Floats, Integers
 from tracer.core.device import upload
 from tracer.errors import SceneError, SettingsError
 from tracer.progress import StepCallback
@@ -32,7 +31,6 @@ from tracer.radiosity.lattice import evenly
 from tracer.radiosity.patches import Patches, by_face
 from tracer.radiosity.warp import warped
 
-Integers = NDArray[np.int64]
 MOST_ROUNDS = 1000
 """Largest number of rounds of a solution."""
 HOPE = 50

@@ -14,13 +14,11 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from numpy.typing import NDArray
 
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Floats, Integers
 from tracer.core.device import upload
 from tracer.core.hashing import mix
 
-Integers = NDArray[np.int64]
 ALIKE = 0.9
 """Smallest cosine between a normal of a group and the mean of its normals."""
 

@@ -12,11 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Floats, Integers
 from tracer.radiosity.groups import Groups
 from tracer.radiosity.hemisphere import HALVES, WHOLE, Division, Kind, Regions, See, subdivide
-
-Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,7 +16,7 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Floats, Integers
 from tracer.core.device import divide, multiplicity, to_unit, upload
 from tracer.core.hashing import GOLDEN_RATIO, mix
 from tracer.radiosity.cosine_triangle import cosine_in_triangle, table_of
@@ -24,7 +24,6 @@ from tracer.radiosity.groups import Groups
 from tracer.radiosity.lattice import spread
 from tracer.radiosity.triangle_hierarchy import Pyramid, pyramid
 
-Integers = NDArray[np.int64]
 MOST_RAYS = 1 << 22
 """Largest number of rays in one wavefront."""
 Kind = Literal["entropy", "gini", "distinct", "viewpoint_complexity", "deviation"]

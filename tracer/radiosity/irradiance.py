@@ -16,13 +16,12 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Floats, Integers
 from tracer.core.device import divide, upload
 from tracer.radiosity.groups import Groups
 from tracer.radiosity.hemisphere import MOST_RAYS, See
 from tracer.radiosity.lattice import Way, evenly
 
-Integers = NDArray[np.int64]
 Chosen = NDArray[np.bool_]
 
 

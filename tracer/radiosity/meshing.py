@@ -8,9 +8,8 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from numpy.typing import NDArray
 
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Floats, Integers
 from tracer.core.device import table_by_shape, upload
 from tracer.errors import SceneError
 from tracer.radiosity.albedo import albedo as albedo_of
@@ -19,7 +18,6 @@ from tracer.radiosity.patches import Patches
 from tracer.radiosity.remarks import other_than_diffuse
 from tracer.radiosity.tessellate import name_of, tessellated
 
-Integers = NDArray[np.int64]
 MOST_PATCHES = 1 << 24
 """Largest number of patches, counting only fronts."""
 EXTENT = 40

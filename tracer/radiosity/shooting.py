@@ -12,9 +12,8 @@ from dataclasses import dataclass, replace
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from numpy.typing import NDArray
 
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Floats, Integers
 from tracer.core.device import upload
 from tracer.errors import SceneError
 from tracer.progress import StepCallback
@@ -27,7 +26,6 @@ from tracer.radiosity.lattice import Way, evenly
 from tracer.radiosity.patches import Patches, by_face
 from tracer.radiosity.strata import Strata
 
-Integers = NDArray[np.int64]
 AT_ONCE = 0.5
 """Share of the unsent power that a step sends, at least."""
 MOST_STEPS = 10_000

@@ -12,15 +12,13 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from numpy.typing import NDArray
 
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Floats, Integers
 from tracer.core.device import upload
 from tracer.radiosity.hemisphere import NOTHING
 from tracer.radiosity.meshing import cell_corners, cells_of, corners_of
 from tracer.radiosity.patches import Patches, in_cell, look_up, on_device
 
-Integers = NDArray[np.int64]
 FINENESS = 1 << 20
 """Number of steps along the scene's largest extent to which the places of corners are rounded for comparison."""
 

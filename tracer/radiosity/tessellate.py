@@ -12,13 +12,11 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from numpy.typing import NDArray
 
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Floats, Integers
 from tracer.core.device import upload
 from tracer.errors import SceneError
 
-Integers = NDArray[np.int64]
 LEAST, MOST = 12, 96
 """Smallest and largest number of parts around the axis of a shape."""
 RINGS = 4096

@@ -10,12 +10,9 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Floats, Integers
 from tracer.core.sphere import angle, normalised, solid_angle, split
-
-Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -15,16 +15,14 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from numpy.typing import NDArray
 
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Floats, Integers
 from tracer.core.device import upload
 from tracer.core.sphere import normalised
 from tracer.radiosity.guide import Guide
 from tracer.radiosity.lattice import Way, evenly, lattice
 from tracer.radiosity.triangle_hierarchy import pyramid
 
-Integers = NDArray[np.int64]
 WITHIN = 8
 """Number of places along each side of a cell at which the triangle behind the cell is looked up."""
 

@@ -15,10 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.complexity import measures
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Floats, Integers
 from tracer.viewpoint.surfaces import Mesh
 
-Integers = NDArray[np.int64]
 ROUNDING = 1e-12
 """A divergence of at most this many bits is taken for 0: what rounding leaves of 0 is less."""
 

@@ -16,13 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.complexity import measures
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Floats, Integers
 from tracer.errors import SceneError
 from tracer.viewpoint.item_buffer import Rays, Viewpoints, projected_areas
 from tracer.viewpoint.lens import Lens
 from tracer.viewpoint.surfaces import Subject
 
-Integers = NDArray[np.int64]
 MOST_KEPT = 1 << 27
 """At most this many areas, views times surfaces, are kept in memory; if there are more, every round looks again."""
 Rule = Literal["entropy", "area", "divergence"]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Floats, Integers
 from tracer.core.sphere import frame, icosphere, normalised
 from tracer.viewpoint import measures
 from tracer.viewpoint.channel import Channel
@@ -18,7 +18,6 @@ from tracer.viewpoint.lens import Lens, Orthographic, Perspective
 from tracer.viewpoint.surfaces import Subject
 from tracer.viewpoint.survey import sum_up, survey
 
-Integers = NDArray[np.int64]
 DISTANCE = 6.0
 """A viewpoint is this many radii from the centre, as in the survey; the sphere around the subject fills the image."""
 RING, RING_ANGLE = 6, np.radians(9.0)

@@ -16,14 +16,13 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Floats, Singles
 from tracer.core.device import divide, gather_rows, to_unit
 from tracer.core.hashing import GOLDEN_RATIO, mix
 from tracer.core.sphere import frame
 from tracer.viewpoint.lens import Lens
 from tracer.viewpoint.surfaces import Subject
 
-Singles = NDArray[np.float32]
 MOST_RAYS = 1 << 22
 """A wavefront has at most this many rays."""
 MOST_AREAS = 1 << 24

@@ -7,11 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Floats, Integers
 from tracer.viewpoint.channel import Channel
 from tracer.viewpoint.surfaces import Subject
-
-Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -7,13 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Floats, Integers
 from tracer.core.sphere import frame, normalised
 from tracer.io import atomic
-
-Integers = NDArray[np.int64]
 
 
 def figure(width: float, height: float) -> Any:

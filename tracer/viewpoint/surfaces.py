@@ -17,11 +17,10 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Floats, Integers
 from tracer.core.device import numbers_hit, table_by_shape, upload
 from tracer.errors import SceneError, SettingsError
 
-Integers = NDArray[np.int64]
 Surfaces = Literal["face", "shape", "bsdf"]
 """These kinds of surface can be chosen by name."""
 LARGEST = 1e10

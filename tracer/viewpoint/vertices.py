@@ -8,13 +8,12 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Floats, Integers
 from tracer.core.device import upload
 from tracer.viewpoint.item_buffer import Viewpoints
 from tracer.viewpoint.lens import Lens
 from tracer.viewpoint.surfaces import Subject
 
-Integers = NDArray[np.int64]
 MOST_VERTICES = 1 << 20
 """A wavefront holds at most this many pairs of a viewpoint and a vertex, or else a single viewpoint."""
 PRECISION = 1e-5
