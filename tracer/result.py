@@ -74,9 +74,9 @@ class Report:
     elsewhere: dict[str, Any] = field(default_factory=dict)
     """For a render on workers: how many there were at the end, units, and bytes that travelled. Else empty."""
     seconds_features: float = 0.0
-    """Seconds of drawing the features that were asked for."""
+    """Seconds of drawing features that were asked for, or that a checkpoint keeps for who denoises it."""
     seconds_denoising: float = 0.0
-    """Seconds of denoising: of the result, and of earlier pictures for the objective ``denoised``."""
+    """Seconds of denoising, features of what is seen included."""
 
     @property
     def complete(self) -> bool:

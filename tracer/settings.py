@@ -47,9 +47,8 @@ class Settings(BaseModel):
     criterion: str = "fused"
     """Rule that decides where samples go, a name of ``tracer.criteria``; "uniform" gives all pixels the same."""
     objective: str = "relative"
-    """Which error is to be minimised: absolute, relative, display, or denoised, the relative error after denoising.
-    Relative suits the eye, which sees ratios, and pictures of high dynamic range, whose exposure is chosen later;
-    display suits pictures whose exposure is known."""
+    """Which error is to be minimised: absolute, relative or display. Relative suits the eye, which sees ratios, and
+    pictures of high dynamic range, whose exposure is chosen later; display suits pictures whose exposure is known."""
     exposure: float = Field(0.0, ge=-64, le=64)
     """Stops by which the picture will be brightened before it is looked at: what is too dark or clips needs less. The
     noise target of every objective is that of the brightened picture."""

@@ -6,7 +6,7 @@ import pytest
 
 import tracer
 from conformance.cases import FILTERS, scene
-from tracer.denoising.refilter import filter_variance, refilter, untold_share
+from tracer.denoising.refilter import FilterShape, refilter
 from tracer.image import metrics
 
 KNOWN = {"box": 1 / 12, "tent": 1 / 6, "mitchell": 1 / 9, "catmullrom": 0.0}
@@ -14,7 +14,7 @@ KNOWN = {"box": 1 / 12, "tent": 1 / 6, "mitchell": 1 / 9, "catmullrom": 0.0}
 
 @pytest.mark.parametrize("name", KNOWN)
 def test_variances_known_from_analysis(name):
-    assert filter_variance(mi.load_dict({"type": name})) == pytest.approx(KNOWN[name], abs=1e-3)
+    assert FilterShape.of(mi.load_dict({"type": name})).variance == pytest.approx(KNOWN[name], abs=1e-3)
 
 
 @pytest.mark.parametrize("name", FILTERS)
@@ -31,25 +31,25 @@ def test_means_of_pixels_tell_of_their_part_of_the_noise(name):
     )
     weight = np.einsum("is,js->ijs", across, down)
     variance, told = (weight**2).mean(axis=-1).sum(), (weight.mean(axis=-1) ** 2).sum()
-    assert untold_share(reconstruction) == pytest.approx(1 - told / variance, abs=0.01)
+    assert FilterShape.of(reconstruction).untold == pytest.approx(1 - told / variance, abs=0.01)
 
 
 @pytest.mark.parametrize("name", FILTERS)
 def test_a_constant_stays_and_a_point_gets_the_variance(name):
-    reconstruction = mi.load_dict({"type": name})
+    reconstruction = FilterShape.of(mi.load_dict({"type": name}))
     assert refilter(np.full((5, 7, 3), 2.0), reconstruction) == pytest.approx(2.0)
     point = np.zeros((31, 31, 1))
     point[15, 15] = 1
     found = refilter(point, reconstruction)[..., 0]
     offset = np.arange(31) - 15
     for axis in (0, 1):
-        expected = filter_variance(reconstruction) - 1 / 12
+        expected = reconstruction.variance - 1 / 12
         assert found.sum(axis=axis) @ offset**2 == pytest.approx(expected, abs=1e-5)
     assert found.sum() == pytest.approx(1, abs=1e-5)
 
 
 def test_wide_filters_are_taken_in_steps():
-    wide = mi.load_dict({"type": "gaussian", "stddev": 2.0})
+    wide = FilterShape.of(mi.load_dict({"type": "gaussian", "stddev": 2.0}))
     point = np.zeros((41, 41, 1))
     point[20, 20] = 1
     row = refilter(point, wide)[20, :, 0]
@@ -65,10 +65,10 @@ def test_nearer_to_the_picture_through_the_filter(name, nearer):
         return tracer.render(dictionary, spp=256, criterion="uniform").image[..., :3]
 
     means, expected = picture("box"), picture(name)
-    found = refilter(means, mi.load_dict({"type": name}))
+    found = refilter(means, FilterShape.of(mi.load_dict({"type": name})))
     assert metrics.relative_mse(found, expected) < metrics.relative_mse(means, expected) / nearer
 
 
 def test_a_box_changes_nothing():
     image = np.random.default_rng(0).random((6, 5, 3)).astype(np.float32)
-    assert np.array_equal(refilter(image, mi.load_dict({"type": "box"})), image)
+    assert np.array_equal(refilter(image, FilterShape.of(mi.load_dict({"type": "box"}))), image)

@@ -26,7 +26,6 @@ ERRORS = {  # of a pixel that is seen as ``shown`` where ``right`` would be, by 
     "absolute": lambda shown, right: shown - right,
     "relative": lambda shown, right: (shown - right) / np.sqrt(right**2 + 0.01),
     "display": lambda shown, right: encode_srgb(shown) - encode_srgb(right),
-    "denoised": lambda shown, right: (shown - right) / np.sqrt(right**2 + 0.01),
 }
 
 

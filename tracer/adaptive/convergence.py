@@ -2,10 +2,9 @@
 
 The error of a pixel is that of the exposed picture. For ``relative`` it is the part of the pixel's brightness by which
 the pixel is off (of 0.1 if the pixel is darker), for ``display`` a difference on an sRGB screen from 0 to 1, for
-``absolute`` radiance times 2^exposure; ``denoised`` is judged like ``relative``, before anything is denoised. Over
-colour channels it is the root of the mean square. Alpha is judged as well if the picture has it: its error is the part
-of full cover by which it is off, whatever the exposure, and a pixel is off by the larger of the two errors. AOVs are
-not judged.
+``absolute`` radiance times 2^exposure. Over colour channels it is the root of the mean square. Alpha is judged as well
+if the picture has it: its error is the part of full cover by which it is off, whatever the exposure, and a pixel is off
+by the larger of the two errors. AOVs are not judged, and nothing is denoised before.
 
 The estimate has two sources. The standard errors tell how errors are distributed over the picture, but a stratified
 sequence errs by less, and rare light by more. The move of the picture in a round is a measurement: while counts double,
@@ -112,13 +111,10 @@ class NoiseMeter:
 
 
 def errors(frame: Frame, settings: Settings, image: NDArray, deviation: NDArray) -> Floats:
-    """Return the error of each pixel (H, W) of a picture (H, W, C) whose channels are off by ``deviation`` (H, W, C).
-
-    Alpha is left out where there is no noise target, as the error then serves to denoise colours.
-    """
+    """Return the errors (H, W) of a picture's pixels (H, W, C) whose channels are off by ``deviation`` (H, W, C)."""
     luminance, colour = frame.luminance(image), root_mean_square(deviation, frame)
     colour_error = seen(settings.objective, settings.exposure, luminance, colour)
-    if settings.noise is None or not frame.has_alpha:
+    if not frame.has_alpha:
         return colour_error
     return np.maximum(colour_error, np.abs(deviation[..., frame.colour_channels]))
 

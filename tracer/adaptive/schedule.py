@@ -45,17 +45,19 @@ def round_goals(settings: Settings, needs_radiance: bool, pixel_count: int, grow
 class Schedule:
     """Decides whether another round is drawn, and how large it is, until there is a reason to stop."""
 
-    def __init__(
-        self, settings: Settings, criterion: Criterion, pixel_count: int, clock: Clock, measures_noise: bool
-    ) -> None:
-        """``clock``: has the limit of time, if there is one; ``measures_noise``: whether noise is measured."""
+    def __init__(self, settings: Settings, criterion: Criterion, pixel_count: int, clock: Clock) -> None:
+        """``clock``: has the limit of time, if there is one."""
         growth = PRIORITY_GROWTH if criterion.spends == "priority" else GROWTH
         self.settings, self.pixel_count, self.clock = settings, pixel_count, clock
         self.goals = round_goals(settings, criterion.needs_radiance, pixel_count, growth)
-        self.measures_noise = measures_noise
         self.noise: Noise | None = None
         """The noise that was measured last; None before that."""
         self.stopped_by: Reason | None = None
+
+    @property
+    def measures_noise(self) -> bool:
+        """Whether the noise of the picture is measured after each round."""
+        return self.settings.noise is not None
 
     @property
     def budget(self) -> int:

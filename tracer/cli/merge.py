@@ -15,6 +15,9 @@ def merge(
     checkpoints: Annotated[list[Path], typer.Argument(help="Checkpoints of one picture, with different seeds.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="Picture to write: .exr (all layers) or .png.")],
     checkpoint: Annotated[Path | None, typer.Option(help="Checkpoint of all of them, for another merge.")] = None,
+    denoise: Annotated[
+        bool, typer.Option("--denoise", help="Take out the noise (Open Image Denoise); keep it as a layer.")
+    ] = False,
     layers: options.Layers = None,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
@@ -22,7 +25,7 @@ def merge(
 ) -> None:
     """Merge checkpoints that a farm has rendered of one picture; every pixel counts by its samples.
 
-    Example: tracer merge part1.ckpt part2.ckpt -o out.exr
+    Example: tracer merge part1.ckpt part2.ckpt -o out.exr --denoise
     """
     from tracer.io import atomic
     from tracer.session.output import chosen_layers, write_result
@@ -36,7 +39,7 @@ def merge(
     from tracer.session.merge import merge as merge_files
     from tracer.session.output import metadata
 
-    result, merged = merge_files(checkpoints, checkpoint)
+    result, merged = merge_files(checkpoints, checkpoint, denoise)
     entries = {**metadata(result, merged.identity["scene"]), "sources": merged.sources}
     write_result(output, result, entries, layer_choice)
     if as_json:

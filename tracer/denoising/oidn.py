@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from typing import Any
 
 import numpy as np
@@ -11,23 +12,33 @@ from tracer.core.arrays import Singles
 from tracer.core.version import install_command
 from tracer.errors import DenoiseError
 
-MARGIN = 16
-"""Pixels by which the picture is continued on each side, as its reflection. Open Image Denoise takes what lies outside
-for black: without the margin a constant picture comes back up to 15 % too bright or dark at its edge, and a single
-pixel five times too dark; with it, by 0.2 %."""
+MARGIN, SMALL = 8, 32
+"""MARGIN: pixels by which the picture is continued on each side, as its reflection; twice as many if a side has fewer
+than SMALL pixels. Open Image Denoise takes what lies outside for black: without the margin a constant picture comes
+back up to 37 % too bright or dark at its edge, and a single pixel ten times too dark; with it, by 1 % at most."""
 LEAST_MEMORY, MOST_MEMORY, PIXEL_MEMORY = 256, 1024, 0.0006
 """Megabytes that Open Image Denoise may take, about: PIXEL_MEMORY per pixel, from LEAST_MEMORY to MOST_MEMORY in all.
 For larger pictures it works in tiles, which leave the result the same to the bit and take hardly more time."""
+MOST_KEPT = 1 << 20
+"""Most pixels for which a filter is kept for the next picture: to make one takes as long as to denoise 10^4 pixels, and
+it holds memory."""
+
+Shape = tuple[tuple[int, ...], tuple[str, ...]]
+"""Shape and names of the images of a filter."""
+lock = threading.Lock()
+"""Held while a filter runs, as filters are shared."""
+kept: dict[Shape, Any] = {}
+"""The filter that was used last, by the shape of its images."""
 
 
 def denoise(image: NDArray, albedo: NDArray | None = None, normal: NDArray | None = None) -> Singles:
     """Return ``image`` without its noise, (H, W, 3) float32.
 
     ``image`` (H, W, 3): linear sRGB, without an upper bound; each pixel is the mean of its own samples, as in
-    ``Statistics.mean``. Under a filter that shares samples between pixels, noise looks like detail, and nearly all of
-    it would stay (``tracer.denoising.refilter`` gives the returned picture the look of the filter). ``albedo``
-    (H, W, 3), 0 to 1, and ``normal`` (H, W, 3), -1 to 1: as ``draw_features`` returns them with ``filtered=False``; a
-    normal is of use only together with an albedo.
+    ``Statistics.mean``. Under a filter that shares samples between pixels, noise looks like detail, and much of it
+    would stay (``tracer.denoising.refilter`` gives the returned picture the look of the filter). ``albedo`` (H, W, 3),
+    0 to 1, and ``normal`` (H, W, 3), -1 to 1: as ``draw_features`` returns them with ``filtered=False``, noise and all;
+    a normal is of use only together with an albedo.
 
     Values that are not finite are taken as 0, and so are negative values of image and albedo. The same arrays give the
     same picture, up to rounding where the number of threads differs. Raises DenoiseError.
@@ -38,14 +49,13 @@ def denoise(image: NDArray, albedo: NDArray | None = None, normal: NDArray | Non
     if "normal" in images and "albedo" not in images:
         raise DenoiseError("A normal image is of no use without an albedo image; give both or neither.")
     try:
-        device = oidn.Device(oidn.DeviceType.CPU)
-        # Noise in albedo and normal is taken out first, from each by itself. If noisy ones are declared clean, their
-        # noise stays in the picture (a blurred lens: 40 % more error); if declared noisy, they are trusted less.
-        clean = {name: run(device, {name: images[name]}) for name in images if name != "color"}
-        denoised = run(device, {"color": images["color"], **clean}, hdr=True, clean_aux=bool(clean))
+        with lock:
+            denoised = run(oidn, {name: continued(values) for name, values in images.items()})
     except oidn.Error as error:
+        kept.clear()
         raise DenoiseError(f"Open Image Denoise failed: {error}.") from None
-    return np.ascontiguousarray(denoised[MARGIN:-MARGIN, MARGIN:-MARGIN])
+    margin = margin_of(np.shape(image))
+    return np.ascontiguousarray(denoised[margin:-margin, margin:-margin])
 
 
 def load() -> Any:
@@ -61,7 +71,7 @@ def load() -> Any:
 
 
 def check(name: str, values: NDArray, shape: tuple[int, ...]) -> Singles:
-    """Return an image as Open Image Denoise takes it, with its margin.
+    """Return an image as Open Image Denoise takes it.
 
     ``name``: "color", "albedo" or "normal". Raises DenoiseError if it is not of ``shape`` or holds no real numbers.
     """
@@ -75,19 +85,34 @@ def check(name: str, values: NDArray, shape: tuple[int, ...]) -> Singles:
         raise DenoiseError(f"The {name} to denoise must hold real numbers, not {array.dtype}.")
     array = array.astype(np.float32, order="C")
     array[~np.isfinite(array)] = 0.0
-    # Reflected as often as needed: a picture may be smaller than its margin.
-    return np.pad(array, ((MARGIN, MARGIN), (MARGIN, MARGIN), (0, 0)), mode="symmetric")
+    return array
 
 
-def run(device: Any, images: dict[str, Singles], **settings: bool) -> Singles:
+def margin_of(shape: tuple[int, ...]) -> int:
+    """Return the pixels by which a picture of this shape (H, W, ...) is continued on each side."""
+    return MARGIN if min(shape[:2]) >= SMALL else 2 * MARGIN
+
+
+def continued(image: Singles) -> Singles:
+    """Return an image (H, W, 3) with its margin. It is reflected as often as needed: it may be smaller than that."""
+    margin = margin_of(image.shape)
+    return np.pad(image, ((margin, margin), (margin, margin), (0, 0)), mode="symmetric")
+
+
+def run(oidn: Any, images: dict[str, Singles]) -> Singles:
     """Return the output of the filter for ray-traced pictures for ``images``, by their names in Open Image Denoise."""
-    output = np.empty_like(next(iter(images.values())))
-    ray_traced = device.new_filter("RT")
+    output = np.empty_like(images["color"])
+    shape = output.shape, tuple(images)
+    ray_traced = kept.pop(shape, None)
+    kept.clear()
+    if ray_traced is None:
+        ray_traced = oidn.Device(oidn.DeviceType.CPU).new_filter("RT")
+        ray_traced.hdr = True
+        megabytes = round(PIXEL_MEMORY * output.shape[0] * output.shape[1])
+        ray_traced.max_memory_mb = min(max(megabytes, LEAST_MEMORY), MOST_MEMORY)
     for name, values in {**images, "output": output}.items():
         ray_traced.set_image(name, values)
-    for name, value in settings.items():
-        setattr(ray_traced, name, value)
-    megabytes = round(PIXEL_MEMORY * output.shape[0] * output.shape[1])
-    ray_traced.max_memory_mb = min(max(megabytes, LEAST_MEMORY), MOST_MEMORY)
     ray_traced.execute()
+    if output.shape[0] * output.shape[1] <= MOST_KEPT:
+        kept[shape] = ray_traced
     return output

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict, dataclass
 from math import ceil
 from typing import Any
 
@@ -10,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import correlate1d
 
+from tracer.core.arrays import Singles
 from tracer.core.device import upload
+from tracer.denoising.neighbours import blurred
 
 BOX_VARIANCE = 1 / 12
 """Variance of a box filter one pixel wide, in square pixels."""
@@ -21,50 +24,78 @@ MOST_AT_ONCE = 0.5
 detail."""
 
 
-def refilter(image: NDArray, reconstruction_filter: Any) -> NDArray[np.float32]:
-    """Return ``image`` (H, W, C), a mean per pixel, blurred as the ``reconstruction_filter`` of a film would do it.
+@dataclass(frozen=True)
+class FilterShape:
+    """What of a film's reconstruction filter matters when its picture is denoised, along one axis."""
+
+    variance: float
+    """Its variance in square pixels: second moment over integral."""
+    squared_weights: tuple[float, ...]
+    """Mean squared weight that a sample has in the pixels before, at and after its own, over the squared sum of the
+    mean weights: what is left of the variance of independent pixels."""
+    untold: float
+    """The part of the variance of a filtered picture that the means of its pixels do not show, 0 to 1, in two
+    dimensions: the weights of samples vary with their positions in the pixel."""
+
+    @property
+    def reach(self) -> int:
+        """Pixels on each side that ``refilter`` or ``filtered_variance`` looks at."""
+        return max(self.blurs, len(self.squared_weights) // 2)
+
+    @property
+    def blurs(self) -> int:
+        """Number of blurs with three taps that make up for the filter."""
+        return max(ceil((self.variance - BOX_VARIANCE) / MOST_AT_ONCE), 1)
+
+    @classmethod
+    def of(cls, reconstruction_filter: Any) -> FilterShape:
+        """Return the shape of an ``mi.ReconstructionFilter``."""
+        if reconstruction_filter.is_box_filter():
+            return cls(BOX_VARIANCE, (1.0,), 0.0)
+        radius = float(reconstruction_filter.radius())
+        x = (np.arange(POSITIONS) + 0.5) / POSITIONS * 2 * radius - radius
+        weight = evaluate(reconstruction_filter, x)
+        variance = float((x * x * weight).sum() / weight.sum())
+        position = (np.arange(POSITIONS) + 0.5) / POSITIONS
+        reach = ceil(radius - 0.5)
+        distance = np.arange(-reach, reach + 1)[:, None] + 0.5 - position
+        weight = evaluate(reconstruction_filter, distance.ravel()).reshape(distance.shape)
+        mean, mean_square = weight.mean(axis=1), (weight**2).mean(axis=1)
+        # The part that the means do show is the squared mean weight over the mean squared weight.
+        untold = float(1.0 - ((mean**2).sum() / mean_square.sum()) ** 2)
+        return cls(variance, tuple((mean_square / mean.sum() ** 2).tolist()), untold)
+
+    @classmethod
+    def from_plain(cls, plain: dict[str, Any]) -> FilterShape:
+        """Return a shape from what ``plain`` returned. Raises KeyError, TypeError or ValueError for anything else."""
+        return cls(float(plain["variance"]), tuple(float(x) for x in plain["squared_weights"]), float(plain["untold"]))
+
+    def plain(self) -> dict[str, Any]:
+        """Return numbers and lists, for JSON."""
+        return {**asdict(self), "squared_weights": list(self.squared_weights)}
+
+
+def refilter(image: NDArray, shape: FilterShape) -> Singles:
+    """Return ``image`` (H, W, C), a mean per pixel, blurred as a filter of this ``shape`` would do it.
 
     A denoiser needs pixels whose noise is their own, so its pictures are those of a box filter. The taps of the blur
     have the variance by which the filter exceeds the box; the filter itself, applied to pixels, would blur twice, with
     three times the error. The edge is repeated. Filters with negative lobes sharpen.
     """
-    excess_variance = filter_variance(reconstruction_filter) - BOX_VARIANCE
-    blur_count = max(ceil(excess_variance / MOST_AT_ONCE), 1)
-    side_tap = 0.5 * excess_variance / blur_count
-    result = np.asarray(image, np.float64)
-    for axis in (0, 1) * blur_count:
-        result = correlate1d(result, [side_tap, 1 - 2 * side_tap, side_tap], axis=axis, mode="nearest")
-    return result.astype(np.float32)
+    excess_variance = shape.variance - BOX_VARIANCE
+    result: Singles = np.asarray(image, np.float32)
+    if excess_variance == 0.0:
+        return result
+    return blurred(result, 0.5 * excess_variance / shape.blurs, shape.blurs)
 
 
-def filter_share(reconstruction_filter: Any) -> float:
-    """Return the factor by which a filter multiplies the variance of independent pixels: that of a Gaussian like it."""
-    return min(1.0, 1.0 / (4.0 * np.pi * filter_variance(reconstruction_filter)))
-
-
-def untold_share(reconstruction_filter: Any) -> float:
-    """Return the part of the variance of a filtered picture that the means of its pixels do not show, 0 to 1.
-
-    The weights of samples vary with their positions in the pixel. The part that the means do show is, per axis, the
-    square of the mean weight over the mean square of the weights.
-    """
-    if reconstruction_filter.is_box_filter():
-        return 0.0
-    position = (np.arange(POSITIONS) + 0.5) / POSITIONS
-    reach = ceil(reconstruction_filter.radius() - 0.5)
-    distance = np.arange(-reach, reach + 1)[:, None] + 0.5 - position
-    weight = evaluate(reconstruction_filter, distance.ravel()).reshape(distance.shape)
-    return float(1.0 - ((weight.mean(axis=1) ** 2).sum() / (weight**2).mean(axis=1).sum()) ** 2)
-
-
-def filter_variance(reconstruction_filter: Any) -> float:
-    """Return the variance of a filter along one axis, in square pixels: its second moment over its integral."""
-    if reconstruction_filter.is_box_filter():
-        return BOX_VARIANCE
-    radius = float(reconstruction_filter.radius())
-    x = (np.arange(POSITIONS) + 0.5) / POSITIONS * 2 * radius - radius
-    weight = evaluate(reconstruction_filter, x)
-    return float((x * x * weight).sum() / weight.sum())
+def filtered_variance(variance: NDArray, shape: FilterShape) -> Singles:
+    """Return the variance (H, W) of a filtered picture whose pixels' own means have the ``variance`` (H, W)."""
+    result: Singles = np.asarray(variance, np.float32)
+    if len(shape.squared_weights) > 1:
+        for axis in (0, 1):
+            result = correlate1d(result, shape.squared_weights, axis=axis, mode="nearest")
+    return result
 
 
 def evaluate(reconstruction_filter: Any, distance: NDArray) -> NDArray[np.float64]:

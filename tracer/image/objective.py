@@ -7,7 +7,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Objective = Literal["absolute", "relative", "display", "denoised"]
+Objective = Literal["absolute", "relative", "display"]
 """Name of the error that is minimised, see ``weights``."""
 OBJECTIVES: tuple[str, ...] = get_args(Objective)
 """Names of all objectives."""
@@ -24,8 +24,7 @@ def weights(objective: str, luminance: ArrayLike, exposure: float = 0.0) -> NDAr
     times
 
     absolute: 1, the error of the exposed radiance. relative: 1 / (L^2 + EPSILON). display: the squared slope of the
-    sRGB curve at L, zero where the screen clips. denoised: as relative; the share of noise that a denoiser leaves is
-    another factor, see ``tracer.denoising.residual_noise``.
+    sRGB curve at L, zero where the screen clips.
 
     Raises ValueError for an objective that does not exist.
     """
@@ -38,7 +37,7 @@ def weights_of_seen(objective: str, seen: NDArray[np.float64]) -> NDArray[np.flo
     """Return the weights (any shape) of squared errors of the exposed picture, from its luminance ``seen`` >= 0."""
     if objective == "absolute":
         return np.ones_like(seen)
-    if objective in ("relative", "denoised"):
+    if objective == "relative":
         return 1.0 / (seen**2 + EPSILON)
     if objective == "display":
         return np.where(seen < 1.0, srgb_slope(seen) ** 2, 0.0)

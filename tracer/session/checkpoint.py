@@ -26,7 +26,7 @@ from tracer.scene.view import View
 from tracer.session.state import Arrays
 from tracer.settings import Settings
 
-FORMAT = 2
+FORMAT = 3
 """Changed when older files cannot be gone on from any more."""
 MAY_CHANGE = ("spp", "noise", "noise_share", "time", "max_spp", "importance")
 """Settings with which a render may go on that were others before; of an importance image the content counts."""
@@ -41,7 +41,7 @@ class Checkpoint:
     identity: dict[str, Any]
     """What must agree: scene, view, settings, versions."""
     frame: dict[str, Any]
-    """Fields of ``PlainFrame``, and ``kinds``: moments and peaks of the estimate."""
+    """Fields of ``PlainFrame``; ``kinds``: moments and peaks of the estimate; ``filter``: plain ``FilterShape``."""
     plain: dict[str, Any]
     arrays: Arrays
     settings: dict[str, Any]

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.core.arrays import Singles
-from tracer.denoising.postprocess import see, without_noise
+from tracer.denoising.postprocess import look_for_denoiser, see, without_noise
+from tracer.denoising.refilter import FilterShape
 from tracer.film import bias
 from tracer.result import Result
 from tracer.sampling.samples import make_sampler
@@ -52,7 +53,8 @@ def develop(rendering: Rendering, features: bool, denoise: bool) -> Result:
     if denoise:
         noisy = bright[..., : view.colour_channels]
         with recorder.timing("seconds_denoising"):
-            clean = without_noise(*drawn, image, stderr, statistics, state.meter.scale)
+            seen_by_pixel = state.features or look_for_denoiser(*drawn)
+            clean = without_noise(view, FilterShape.of(view.film.rfilter()), seen_by_pixel, image, statistics)
         bright = bias.with_lost_light(view, clean, stderr, statistics, unbiased)
     report.elsewhere = rendering.drawer.describe()
     report.describe(view, statistics, state.done, schedule.noise)

@@ -8,6 +8,7 @@ from typing import Any
 
 from tracer.core.arrays import Floats
 from tracer.core.wording import option
+from tracer.denoising.refilter import FilterShape
 from tracer.errors import CheckpointError, OutputError
 from tracer.film.estimate import Estimate
 from tracer.scene.view import View
@@ -136,6 +137,7 @@ def make_keeper(
     if request.checkpoint is None:
         return None
     frame: dict[str, Any] = {name: getattr(view, name) for name in ("size", "border", "channels", "reach", "window")}
+    frame["filter"] = FilterShape.of(view.film.rfilter()).plain()
     header = Checkpoint(
         path=request.checkpoint.path,
         identity=identity_of(view, settings, weights, scene_hash),

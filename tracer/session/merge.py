@@ -11,33 +11,40 @@ from typing import Any
 import numpy as np
 
 from tracer.core import backend
+from tracer.denoising.oidn import load as load_denoiser
+from tracer.denoising.postprocess import without_noise
+from tracer.denoising.refilter import FilterShape
 from tracer.errors import CheckpointError
 from tracer.film import bias
 from tracer.film.bias import UnbiasedMean, mean_at_the_end
 from tracer.film.estimate import Estimate, Statistics
+from tracer.film.features import Features
 from tracer.result import Report, Result
 from tracer.scene.frame import PlainFrame
 from tracer.session import checkpoint
 from tracer.session.checkpoint import Checkpoint, differences
 from tracer.session.shards import missing
-from tracer.session.state import before_of, numbered_arrays, require_shapes, unbiased_of
+from tracer.session.state import before_of, features_of, numbered_arrays, packed_features, require_shapes, unbiased_of
 from tracer.settings import MOST_SPP, make_settings
 
 
-def merge(paths: Sequence[Path], output: Path | None = None) -> tuple[Result, Checkpoint]:
+def merge(paths: Sequence[Path], output: Path | None = None, denoise: bool = False) -> tuple[Result, Checkpoint]:
     """Return the picture of all samples of some checkpoints, every pixel weighted by its counts, and what they share.
 
-    ``output``: checkpoint of all of them to write, for another merge. Raises CheckpointError for checkpoints of
-    different pictures, or that hold the same samples.
+    ``output``: checkpoint of all of them to write, for another merge; ``denoise``: whether to take the noise out of the
+    picture. Raises CheckpointError for checkpoints of different pictures, or that hold the same samples, and
+    DenoiseError without a denoiser.
     """
     start = time.perf_counter()
+    if denoise:
+        load_denoiser()  # before the work, not after
     if not paths:
         raise CheckpointError("There is nothing to merge; name one checkpoint or more.")
     first = checkpoint.read(paths[0])
     variant = backend.activate(first.identity["variant"])
     if other := differences({"variant": variant}, {"variant": first.identity["variant"]}):
         raise CheckpointError(f"'{paths[0]}' cannot be merged here: {other[0]}.")
-    total, means = sums(first), []
+    total, means, views = sums(first), [], [features_in(first)]
     means.append(unbiased_mean(first, total))
     sources, done = list(first.sources), int(first.plain["done"])
     for path in paths[1:]:
@@ -51,17 +58,18 @@ def merge(paths: Sequence[Path], output: Path | None = None) -> tuple[Result, Ch
             )
         estimate = sums(stored)
         means.append(unbiased_mean(stored, estimate))
+        views.append(features_in(stored))
         total.merge(estimate)
         sources += stored.sources
         done += int(stored.plain["done"])
-    unbiased = merged_means(means)
+    unbiased, features = merged_means(means), mean_features(views)
     whole = replace(first, sources=sources, plain={"done": done})
     if output is not None:
-        arrays = {f"estimate.{k}": array for k, array in enumerate(total.state())}
+        arrays = {f"estimate.{k}": array for k, array in enumerate(total.state())} | packed_features(features)
         if unbiased is not None:
             arrays |= {f"unbiased.{name}": array for name, array in vars(unbiased).items()}
         checkpoint.write(replace(whole, path=output, arrays=arrays))
-    return picture(total, unbiased, whole, time.perf_counter() - start), whole
+    return picture(total, unbiased, whole, features if denoise else None, start), whole
 
 
 def unbiased_mean(stored: Checkpoint, total: Estimate) -> tuple[UnbiasedMean | None, Statistics]:
@@ -84,6 +92,26 @@ def unbiased_mean(stored: Checkpoint, total: Estimate) -> tuple[UnbiasedMean | N
 def damaged(stored: Checkpoint) -> CheckpointError:
     """Return the error of a checkpoint whose entries do not agree."""
     return CheckpointError(f"'{stored.path}' is a damaged checkpoint; render it anew.")
+
+
+def features_in(stored: Checkpoint) -> Features:
+    """Return what is seen in each pixel, as a checkpoint has it. Raises CheckpointError."""
+    try:
+        features = features_of(stored.arrays)
+    except TypeError:
+        features = None
+    if features is None:
+        raise damaged(stored)
+    return features
+
+
+def mean_features(views: list[Features]) -> Features:
+    """Return the mean of features of one picture: other seeds had other rays."""
+    albedo, normal, depth = (
+        np.asarray(np.mean([getattr(features, name) for features in views], axis=0), np.float32)
+        for name in ("albedo", "normal", "depth")
+    )
+    return Features(albedo, normal, depth)
 
 
 def merged_means(means: list[tuple[UnbiasedMean | None, Statistics]]) -> UnbiasedMean | None:
@@ -112,7 +140,7 @@ def sums(stored: Checkpoint) -> Estimate:
 def restored(stored: Checkpoint, name: str) -> Estimate:
     """Return one of the estimates of a checkpoint. Raises ValueError, KeyError."""
     fields: dict[str, Any] = dict(stored.frame)
-    kinds = fields.pop("kinds")
+    kinds, _ = fields.pop("kinds"), fields.pop("filter")
     fields |= {name: tuple(fields[name]) for name in ("size", "window")}
     frame, sums = PlainFrame(**fields), numbered_arrays(stored.arrays, name)
     if any(array.shape != (frame.pixel_count,) for array in sums[1:]):  # before memory is asked for
@@ -122,8 +150,21 @@ def restored(stored: Checkpoint, name: str) -> Estimate:
     return estimate
 
 
-def picture(total: Estimate, unbiased: UnbiasedMean | None, whole: Checkpoint, seconds: float) -> Result:
-    """Return the result of a merged estimate."""
+def filter_shape(stored: Checkpoint) -> FilterShape:
+    """Return the shape of the film's filter, as a checkpoint has it. Raises CheckpointError."""
+    try:
+        return FilterShape.from_plain(stored.frame["filter"])
+    except (KeyError, TypeError, ValueError):
+        raise damaged(stored) from None
+
+
+def picture(
+    total: Estimate, unbiased: UnbiasedMean | None, whole: Checkpoint, features: Features | None, start: float
+) -> Result:
+    """Return the result of a merged estimate, denoised with ``features`` if they are given.
+
+    ``start``: when the merge began, by ``time.perf_counter``.
+    """
     frame = total.view
     image, stderr = total.develop()
     statistics = total.statistics()
@@ -136,6 +177,12 @@ def picture(total: Estimate, unbiased: UnbiasedMean | None, whole: Checkpoint, s
         report.note(absent)
     report.describe(frame, statistics, whole.plain["done"], None)
     report.light_given_back = bias.part_of(right - image, image, frame.colour_channels)
+    noisy = None
+    if features is not None:
+        noisy, before = right[..., : frame.colour_channels], time.perf_counter()
+        clean = without_noise(frame, filter_shape(whole), features, image, statistics)
+        right = bias.with_lost_light(frame, clean, stderr, statistics, unbiased)
+        report.seconds_denoising = time.perf_counter() - before
     nothing = np.zeros(frame.size, np.float32)
     return Result(
         image=right,
@@ -144,10 +191,10 @@ def picture(total: Estimate, unbiased: UnbiasedMean | None, whole: Checkpoint, s
         complexity=nothing,
         importance=nothing,
         cost=statistics.rays[frame.inner],
-        noisy=None,
+        noisy=noisy,
         seen=None,
         channels=list(frame.channels),
         window=frame.window,
-        seconds=seconds,
+        seconds=time.perf_counter() - start,
         report=report,
     )

@@ -14,7 +14,6 @@ from tracer.complexity.pilot import Complexity
 from tracer.core import threads
 from tracer.core.arrays import Floats
 from tracer.criteria import Criterion, Evidence
-from tracer.denoising.residual_noise import ResidualNoise
 from tracer.film import bias
 from tracer.film.estimate import Estimate, Statistics
 from tracer.image import objective
@@ -45,8 +44,6 @@ class Planner:
         self.first_look, self.recorder = first_look, recorder
         self.memory: dict[str, Any] = {}
         """What the criterion wants to find again in the next round."""
-        self.residual_noise: ResidualNoise | None = None
-        """What denoising leaves, where the objective asks for it."""
 
     @property
     def holds_out(self) -> bool:
@@ -102,10 +99,6 @@ class Planner:
         if self.criterion.needs_radiance and (known is None or self.is_to_learn(state, goal)):
             even = np.ones(self.view.grid) if goal < budget else self.weights
             return Decision(share_out(even, even, settings, situation, False, state.generator))
-        if self.residual_noise is not None and known is not None and state.before is not None:
-            with self.recorder.timing("seconds_denoising"):
-                self.residual_noise.update(state.before, known)
-            self.memory.clear()  # it goes by other weights
         with threads.for_files():  # a criterion may be anybody's
             decision = decide(self.criterion, self.evidence(state, known), settings, situation, state.generator)
         state.importance = None if decision.importance is None else relative(decision.importance)
@@ -147,5 +140,4 @@ class Planner:
             return np.ones(self.view.grid)
         brightness = self.view.luminance(known.mean)
         smooth = gaussian_filter(brightness, 1.0, mode="nearest")
-        weights = objective.without_scale(objective.weights(self.settings.objective, smooth, self.settings.exposure))
-        return weights if self.residual_noise is None else weights * self.residual_noise.share
+        return objective.without_scale(objective.weights(self.settings.objective, smooth, self.settings.exposure))

@@ -14,7 +14,7 @@ from tracer.adaptive.importance_map import importance_weights
 from tracer.adaptive.schedule import Schedule
 from tracer.adaptive.stopping import Clock
 from tracer.denoising.oidn import load as load_denoiser
-from tracer.denoising.residual_noise import ResidualNoise
+from tracer.denoising.postprocess import look_for_denoiser
 from tracer.errors import ClusterError
 from tracer.io import exr
 from tracer.result import Report, Result
@@ -36,7 +36,7 @@ from tracer.session.shards import settings_of_part
 from tracer.session.state import State
 from tracer.settings import Settings, make_settings
 
-FEATURE_SECONDS, DENOISE_SECONDS = 6e-6, 8e-6
+FEATURE_SECONDS, DENOISE_SECONDS = 6e-6, 4e-6
 """Seconds per pixel that drawing features and denoising take, kept back for the end where time is limited."""
 
 
@@ -91,13 +91,13 @@ def begun(
     clock.keep_back(view.pixel_count * (FEATURE_SECONDS * request.features + DENOISE_SECONDS * request.denoise))
     if request.picture is not None or request.part is not None:  # parts are written when they are merged
         exr.check_channels(view.channels)
-    if request.denoise or settings.objective == "denoised":
+    if request.denoise:
         load_denoiser()  # before the work, not after
     with dr.suspend_grad(), closing(make_drawer(request, view, settings, drawer_for)) as drawer:
         remarks: list[str] = []
         weights = importance_weights(view, settings, make_sampler(), request.importance, remarks.append)
         criterion = criteria.get(settings.criterion)
-        schedule = Schedule(settings, criterion, view.pixel_count, clock, settings.noise is not None or request.denoise)
+        schedule = Schedule(settings, criterion, view.pixel_count, clock)
         state = State.beginning(drawer.empty(), settings)
         keeper = make_keeper(request, view, settings, weights, scene_hash, samples_name, at_risk=drawer_for is not None)
         if keeper is not None:
@@ -105,9 +105,10 @@ def begun(
             state.plan_anew(schedule.budget)
         state.meter.counted = (weights > 0)[view.inner] if np.any(weights == 0) else None
         recorder.begin(state, remarks)
+        if keeper is not None and state.features is None:
+            with recorder.timing("seconds_features"):
+                state.features = look_for_denoiser(view, make_sampler(), settings.seed)
         planner = Planner(view, settings, criterion, weights, FirstLook(view, settings, recorder), recorder)
-        if settings.objective == "denoised":
-            planner.residual_noise = ResidualNoise(view, make_sampler(), planner.seed(state))
         if criterion.needs_radiance and len(schedule.goals) == 1:
             recorder.report.note(
                 f"Uniform: {settings.spp} spp leave nothing to decide after a first look with "

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from tracer.adaptive.convergence import NoiseMeter
 from tracer.film.bias import UnbiasedMean, mean_at_the_end
 from tracer.film.estimate import Estimate, Statistics
+from tracer.film.features import Features
 from tracer.result import Round
 from tracer.settings import Settings
 
@@ -47,6 +48,8 @@ class State:
     chance: NDArray[np.float32] | None = None
     """(grid): with which each pixel had a sample in the last round; None where that was not left to chance."""
     meter: NoiseMeter = field(default_factory=NoiseMeter)
+    features: Features | None = None
+    """What is seen in each pixel, for who denoises what a checkpoint holds without its scene; None if nobody asked."""
     rounds: list[Round] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
@@ -77,6 +80,8 @@ class State:
         arrays |= {name: array for name, array in optional.items() if array is not None}
         if self.before is not None:
             arrays |= {f"before.{name}": array for name, array in vars(self.before).items()}
+        if self.features is not None:
+            arrays |= packed_features(self.features)
         if self.unbiased is not None:
             arrays |= {f"unbiased.{name}": array for name, array in vars(self.unbiased).items()}
         for name, estimate in (("estimate", self.estimate), ("held_out", self.held_out)):
@@ -104,6 +109,7 @@ class State:
         self.drawn, self.allocation = arrays["drawn"], arrays.get("allocation")
         self.importance, self.chance = arrays.get("importance"), arrays.get("chance")
         self.before, self.unbiased = before_of(arrays), unbiased_of(arrays)
+        self.features = features_of(arrays)
         self.meter = NoiseMeter(arrays.get("meter.image"), arrays.get("meter.count"), plain["factor"], plain["scale"])
         self.rounds = [Round(**fields) for fields in plain["rounds"]]
         self.generator.bit_generator.state = plain["generator"]
@@ -119,8 +125,10 @@ def require_shapes(arrays: Arrays, estimate: Estimate) -> None:
     for name, array in arrays.items():
         if SUMS.match(name):
             continue
-        expected = tuple(frame.size if name.startswith("meter.") else frame.grid)
-        if name.endswith(PICTURE_LIKE):
+        expected = tuple(frame.size if name.startswith(("meter.", "features.")) else frame.grid)
+        if name.startswith("features."):
+            expected += () if name.endswith("depth") else (3,)
+        elif name.endswith(PICTURE_LIKE):
             expected += (len(frame.channels),)
         elif name.startswith("before.") and (kind := name.removeprefix("before.")) in kinds:
             expected += (kinds[kind],)
@@ -140,6 +148,18 @@ def unbiased_of(arrays: Arrays) -> UnbiasedMean | None:
     """Return the unbiased mean of all rounds before the last."""
     fields = {name.removeprefix("unbiased."): array for name, array in arrays.items() if name.startswith("unbiased.")}
     return UnbiasedMean(**fields) if fields else None
+
+
+def packed_features(features: Features) -> Arrays:
+    """Return the arrays of features by name."""
+    return {f"features.{name}": array for name, array in vars(features).items()}
+
+
+def features_of(arrays: Arrays) -> Features | None:
+    """Return the features among the arrays of a state."""
+    prefix = "features."
+    fields = {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
+    return Features(**fields) if fields else None
 
 
 def numbered_arrays(arrays: Arrays, name: str) -> list[NDArray]:

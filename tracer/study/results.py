@@ -18,7 +18,6 @@ ERRORS: dict[str, Callable[[Scores], float]] = {
     "relative": lambda scores: scores.relative_mse,
     "absolute": lambda scores: scores.mse,
     "display": lambda scores: 10 ** (-scores.psnr / 10),
-    "denoised": lambda scores: scores.relative_mse,
 }
 """The error that each objective minimises, as a function of the scores of a picture."""
 

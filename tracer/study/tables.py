@@ -79,7 +79,7 @@ def cells(row: Row) -> list[str]:
 
 def measured(plan: Plan) -> str:
     """Return the name of the error that the gains of a study compare."""
-    relative = all(method.objective in ("relative", "denoised") for method in plan.methods)
+    relative = all(method.objective == "relative" for method in plan.methods)
     return "relMSE" if relative else "error (each method's own)"
 
 

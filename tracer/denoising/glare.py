@@ -1,0 +1,56 @@
+"""Pixels of something far brighter than its surroundings, and beside it: a lamp, its mirror image, the sun on metal.
+
+A denoiser lets a small part of a bright pixel bleed into its neighbours and wipes out a bright pixel that stands alone,
+and the look of a film's filter is imitated up to a small part of a bright pixel as well. A small part of something a
+thousand times brighter is more than all the light of a dark pixel, and all of it is much of the light of a picture, so
+such pixels stay as they were drawn. A pixel's own standard error tells a lamp from a firefly: a firefly's is as large
+as its mean.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import uniform_filter
+
+from tracer.core.arrays import Mask, Singles
+from tracer.denoising.neighbours import blurred, extreme
+
+CONTRAST = {3: 4.0, 5: 40.0}
+"""Brightness of the brightest pixel in a square around a pixel, in multiples of the pixel's own, from which on the
+pixel is beside glare, by the side of the square."""
+GLARING, AROUND = 30.0, 5
+"""GLARING: brightness of a pixel, in multiples of the darkest pixel around, from which on it is glaring itself. AROUND:
+side in pixels of the square around it."""
+BLUR = 0.25
+"""Taps on both sides of a pixel of the blur after which darker pixels are compared."""
+DARK = 1e-4
+"""Brightness, over the mean of the picture, that a pixel is taken to have at least."""
+CERTAIN, LEAST_COUNT = 5.0**0.5, 4
+"""CERTAIN: least brightness of a certain pixel, in its own standard errors. LEAST_COUNT: least samples that tell these
+errors: where few samples find light, hardly ever do that many fall into one pixel."""
+
+
+def is_certain(grey: Singles, own: Singles, count: Singles) -> Mask:
+    """Return which pixels (H, W) are certainly about as bright, with those around them, as their samples say.
+
+    ``grey`` and ``own`` (H, W): means of the pixels' own samples and their squared standard errors, averaged over
+    colours; ``count`` (H, W): samples. The edge of a lamp, which few samples of a pixel see, is certain with its lamp.
+    """
+    total, error = uniform_filter(grey, 3, mode="nearest"), uniform_filter(own, 3, mode="nearest")
+    mask: Mask = (count >= LEAST_COUNT) & (9.0 * np.square(total) >= CERTAIN**2 * error)
+    return mask
+
+
+def find_glare(brightness: Singles, certain: Mask, mean: float) -> Mask:
+    """Return which pixels (H, W) of a picture of this ``brightness`` (H, W) are glaring or beside glare.
+
+    ``certain`` (H, W): what ``is_certain`` returned; other pixels are no glare. ``mean``: brightness of the whole
+    picture.
+    """
+    least = DARK * max(mean, 0.0) + 1e-20
+    own = blurred(brightness, BLUR).clip(least)
+    sure = np.where(certain, brightness, np.float32(0))
+    mask: Mask = sure > GLARING * extreme(own, AROUND, np.minimum)
+    for side, contrast in CONTRAST.items():
+        mask |= extreme(sure, side, np.maximum) > contrast * own
+    return mask
