@@ -5,7 +5,8 @@ import pytest
 
 import tracer
 from tracer.errors import CheckpointError
-from tracer.session.merge import merge
+from tracer.film.features import Features
+from tracer.session.merge import mean_features, merge
 
 
 def part(cornell, path, seed, **settings):
@@ -65,3 +66,28 @@ def test_a_filter_wider_than_a_pixel(cornell, tmp_path):
     ]
     found = merge(paths)[0].image
     assert np.abs(found - np.mean(images, axis=0)).max() < 0.05 * np.abs(images[0] - images[1]).max()
+
+
+def test_a_merge_is_denoised_like_a_render(cornell, tmp_path):
+    pytest.importorskip("mitsuba_oidn")
+    scene = cornell(size=(48, 32), filter_name="gaussian")
+    path = tmp_path / "one.ckpt"
+    rendered = tracer.render(scene, spp=8, seed=3, checkpoint=path, denoise=True)
+    alone, _ = merge([path], denoise=True)
+    assert np.array_equal(alone.image, rendered.image)
+    assert np.array_equal(alone.noisy, rendered.noisy)
+    paths = [tmp_path / f"{seed}.ckpt" for seed in range(3)]
+    for seed, checkpoint in enumerate(paths):
+        tracer.render(scene, spp=8, seed=seed, checkpoint=checkpoint)  # nobody has asked for denoising yet
+    at_once, _ = merge(paths, denoise=True)
+    reference = tracer.render(scene, spp=1024, seed=9, criterion="uniform").image
+    errors = [np.mean((image - reference[..., :3]) ** 2) for image in (at_once.image[..., :3], at_once.noisy)]
+    assert errors[0] < errors[1]
+    merge(paths[:2], tmp_path / "two.ckpt")
+    in_steps, _ = merge([tmp_path / "two.ckpt", paths[2]], denoise=True)
+    assert in_steps.noisy == pytest.approx(at_once.noisy, rel=1e-5, abs=1e-7)
+
+
+def test_features_of_a_merge_are_their_mean():
+    views = [Features(*(np.full(shape, value, np.float32) for shape in [(2, 3, 3)] * 2 + [(2, 3)])) for value in (1, 4)]
+    assert all(np.all(array == 2.5) for array in vars(mean_features(views)).values())

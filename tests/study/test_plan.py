@@ -149,7 +149,7 @@ def test_studies_that_come_along():
     for name in names():
         plan = find_plan(name, Path())
         assert plan.name == name
-        assert plan.compared_with == ("uniform + denoiser" if name == "denoise" else "uniform")
+        assert plan.compared_with == ("mi.render + OIDN" if name == "denoise" else "uniform")
     assert len(find_plan("standard").find_scenes()) == 8
     with pytest.raises(SettingsError, match="did you mean 'standard'"):
         find_plan("standrd")

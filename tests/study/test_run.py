@@ -182,7 +182,7 @@ def test_one_failure_does_not_stop_the_rest(scene, tmp_path, monkeypatch):
 
 
 def test_a_method_that_never_works(scene, tmp_path, monkeypatch):
-    def never(studio, sampler):
+    def never(studio, sampler, denoise=False):
         def render(spp, seed):
             if seed > 100:
                 return stock(studio, sampler)(spp, seed)  # the reference
@@ -268,7 +268,7 @@ def test_a_sampler_that_does_not_exist(scene, tmp_path):
 def test_pictures_with_pixels_that_are_not_finite(scene, tmp_path, monkeypatch):
     stock = render_cells.Studio.stock
 
-    def spoilt(studio, sampler):
+    def spoilt(studio, sampler, denoise=False):
         render = stock(studio, sampler)
 
         def other(spp, seed):

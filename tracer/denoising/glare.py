@@ -21,10 +21,10 @@ pixel is beside glare, by the side of the square."""
 GLARING, AROUND = 30.0, 5
 """GLARING: brightness of a pixel, in multiples of the darkest pixel around, from which on it is glaring itself. AROUND:
 side in pixels of the square around it."""
-BLUR = 0.25
+BLUR = 0.2
 """Taps on both sides of a pixel of the blur after which darker pixels are compared."""
 DARK = 1e-4
-"""Brightness, over the mean of the picture, that a pixel is taken to have at least."""
+"""Brightness, over that of most of the picture, that a pixel is taken to have at least."""
 CERTAIN, LEAST_COUNT = 5.0**0.5, 4
 """CERTAIN: least brightness of a certain pixel, in its own standard errors. LEAST_COUNT: least samples that tell these
 errors: where few samples find light, hardly ever do that many fall into one pixel."""
@@ -41,13 +41,13 @@ def is_certain(grey: Singles, own: Singles, count: Singles) -> Mask:
     return mask
 
 
-def find_glare(brightness: Singles, certain: Mask, mean: float) -> Mask:
+def find_glare(brightness: Singles, certain: Mask, median: float) -> Mask:
     """Return which pixels (H, W) of a picture of this ``brightness`` (H, W) are glaring or beside glare.
 
-    ``certain`` (H, W): what ``is_certain`` returned; other pixels are no glare. ``mean``: brightness of the whole
+    ``certain`` (H, W): what ``is_certain`` returned; other pixels are no glare. ``median``: brightness of the whole
     picture.
     """
-    least = DARK * max(mean, 0.0) + 1e-20
+    least = DARK * max(median, 0.0) + 1e-20
     own = blurred(brightness, BLUR).clip(least)
     sure = np.where(certain, brightness, np.float32(0))
     mask: Mask = sure > GLARING * extreme(own, AROUND, np.minimum)

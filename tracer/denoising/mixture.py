@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.core import backend
-from tracer.core.arrays import Singles
+from tracer.core.arrays import Singles, spread_out
 from tracer.denoising.glare import find_glare, is_certain
 from tracer.denoising.noise import edge_share, expected_noise, possible_ratio
 from tracer.denoising.refilter import FilterShape, filtered_variance, refilter
@@ -24,6 +24,8 @@ from tracer.image.colour import LUMINANCE
 
 STRIP = 128
 """Rows that are worked on at once; strips are shared out among threads, and their number changes no picture."""
+LOOKED_AT = 1 << 16
+"""Number of pixels, about, whose median is taken; they are evenly spread."""
 REACH = 8
 """Rows above and below that a row depends on, beyond what the film's filter reaches."""
 
@@ -54,13 +56,14 @@ def mixture(pictures: Pictures, shape: FilterShape) -> Singles:
     ``shape``: of the film's filter.
     """
     height = len(pictures.count)
-    mean = float(pictures.mean.mean(dtype=np.float64))
+    grey_means = grey(pictures.mean).ravel()
+    median = float(np.median(grey_means[spread_out(grey_means.size, LOOKED_AT)]))
     halo = REACH + shape.reach
     result = np.empty_like(pictures.noisy)
 
     def mix(first: int) -> None:
         last, above = min(first + STRIP, height), min(halo, first)
-        part = mixed_rows(pictures.rows(first - above, min(last + halo, height)), shape, mean)
+        part = mixed_rows(pictures.rows(first - above, min(last + halo, height)), shape, median)
         result[first:last] = part[above : above + last - first]
 
     with ThreadPoolExecutor(backend.thread_count()) as threads:
@@ -68,10 +71,10 @@ def mixture(pictures: Pictures, shape: FilterShape) -> Singles:
     return result
 
 
-def mixed_rows(rows: Pictures, shape: FilterShape, mean: float) -> Singles:
-    """Return the mixture (H, W, 3) of some rows. ``mean``: of the whole picture, all colours together."""
+def mixed_rows(rows: Pictures, shape: FilterShape, median: float) -> Singles:
+    """Return the mixture (H, W, 3) of some rows. ``median``: brightness of the whole picture."""
     grey_mean, grey_clean, grey_own = grey(rows.mean), grey(rows.clean), np.maximum(grey(rows.own), 0.0)
-    noise = expected_noise(grey_mean, grey_clean, grey_own, rows.count, mean)
+    noise = expected_noise(grey_mean, grey_clean, grey_own, rows.count, median)
     ratio = possible_ratio(rows.count, edge_share(grey_clean, noise, rows.count))
     taken = rows.mean - rows.clean
     taken *= kept_share(taken, noise, ratio, rows.count)[..., None]
@@ -80,7 +83,7 @@ def mixed_rows(rows: Pictures, shape: FilterShape, mean: float) -> Singles:
         detail = rows.noisy - refilter(rows.mean, shape)
         untold = np.float32(shape.untold) * filtered_variance(noise, shape)
         result += kept_share(detail, untold, ratio, rows.count)[..., None] * detail
-    stays = find_glare(rows.noisy @ LUMINANCE.astype(np.float32), is_certain(grey_mean, grey_own, rows.count), mean)
+    stays = find_glare(rows.noisy @ LUMINANCE.astype(np.float32), is_certain(grey_mean, grey_own, rows.count), median)
     result[stays] = rows.noisy[stays]
     return result
 

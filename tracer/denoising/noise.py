@@ -20,7 +20,7 @@ WINDOW = 7
 PRIOR_SAMPLES = 32.0
 """Number of samples of a pixel from which on its own variance tells more of its noise than its surroundings do."""
 DARK = 1e-4
-"""Squared brightness, over the squared mean of the picture, that a pixel is taken to have at least."""
+"""Squared brightness, over that of most of the picture, that a pixel is taken to have at least."""
 BRIGHTER = 2.0
 """Factor by which a pixel may be brighter than in the denoised picture."""
 FEW = 8.0
@@ -46,15 +46,15 @@ def own_errors(mean: Singles, variance: Singles, count: Singles) -> Singles:
     return errors
 
 
-def expected_noise(grey: Singles, clean: Singles, own: Singles, count: Singles, mean: float) -> Singles:
+def expected_noise(grey: Singles, clean: Singles, own: Singles, count: Singles, median: float) -> Singles:
     """Return the squared error (H, W) that pixel means would have if their samples were independent.
 
     ``grey`` (H, W): the means, averaged over colours; ``clean`` (H, W): the same of the denoised picture; ``own``
-    (H, W): ``own_errors``, averaged over colours; ``count`` (H, W): samples; ``mean``: of the whole picture. Errors of
-    surroundings count in proportion to brightness, or as they are if that is less, so that a lamp and its edge leave
+    (H, W): ``own_errors``, averaged over colours; ``count`` (H, W): samples; ``median``: of the whole picture. Errors
+    of surroundings count in proportion to brightness, or as they are if that is less, so that a lamp and its edge leave
     their surroundings alone.
     """
-    level = np.square(grey) + np.float32(DARK * mean**2 + 1e-20)
+    level = np.square(grey) + np.float32(DARK * median**2 + 1e-20)
     relative = uniform_filter(own / level, WINDOW, mode="nearest")
     # What few samples have left dark by chance is as bright as the denoised picture, or as what is around.
     expected = np.maximum(np.square(clean), level)

@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.core.arrays import Singles
+from tracer.denoising.oidn import load as load_denoiser
 from tracer.progress import ProgressCallback
 from tracer.scene.load import load
-from tracer.scene.view import Size, open_scene, pick_sensor, resize_film
+from tracer.scene.view import Size, View, open_scene, pick_sensor, resize_film
 from tracer.session.render import render_request
 from tracer.session.request import Request
 from tracer.settings import make_settings
@@ -36,7 +37,7 @@ class TimedPicture:
     seconds: float
     """Seconds that the whole picture took."""
     seconds_drawing: float
-    """The part of ``seconds`` in which radiance samples were drawn; for ``mi.render``, all of it."""
+    """The part of ``seconds`` in which radiance samples were drawn; for ``mi.render``, all but denoising."""
 
 
 Foretold = Callable[[int], NDArray[np.float64]]
@@ -99,17 +100,24 @@ class Studio:
 
         return render
 
-    def stock(self, sampler: str | None) -> Method:
-        """Return the method that renders by ``mi.render``, with the scene's own sampler if ``sampler`` is None."""
+    def stock(self, sampler: str | None, denoise: bool = False) -> Method:
+        """Return the method that renders by ``mi.render``, with the scene's own sampler if ``sampler`` is None.
+
+        ``denoise``: whether Open Image Denoise takes out the noise, with albedo and normal as ``aov`` gives them.
+        Raises DenoiseError if it is not installed.
+        """
         view = self.view if sampler is None else self.views[sampler]
         sensor_sampler, film = view.sensor.sampler(), view.sensor.film()
+        denoiser = StockDenoiser(view) if denoise else None
 
         def render(spp: int, seed: int) -> TimedPicture:
             start = time.perf_counter()
             with dr.suspend_grad(), quiet():
-                image = np.array(view.integrator.render(view.scene, sensor=view.sensor, seed=seed, spp=spp))
+                image = view.rgb(np.array(view.integrator.render(view.scene, sensor=view.sensor, seed=seed, spp=spp)))
+                drawing, used_spp = time.perf_counter() - start, sensor_sampler.sample_count()
+                if denoiser is not None:
+                    image = denoiser.denoise(image, seed, spp)
             seconds = time.perf_counter() - start
-            used_spp = sensor_sampler.sample_count()
             # Mitsuba leaves the sampler's last state scheduled: the next evaluation, in another method's time, would
             # trace the whole picture again to compute that state. Seeding replaces it.
             sensor_sampler.seed(0, 1)
@@ -117,9 +125,30 @@ class Studio:
             # four samples per pixel, and would be made once more for the next pass.
             film.clear()
             counts = np.full(view.size, used_spp, np.float32)
-            return TimedPicture(view.rgb(image), counts, used_spp * view.pixel_count, seconds, seconds)
+            return TimedPicture(image, counts, used_spp * view.pixel_count, seconds, drawing)
 
         return render
+
+
+class StockDenoiser:
+    """Takes the noise out of pictures of ``mi.render`` as a script would do it, with Mitsuba's own plugins."""
+
+    MOST_SPP = 16
+    """Most samples per pixel of albedo and normal: they are nearly free of noise then. With as many as the picture has,
+    in one pass with it, rendering takes two to three times as long."""
+
+    def __init__(self, view: View) -> None:
+        """Raises DenoiseError if there is no denoiser."""
+        self.view, self.oidn = view, load_denoiser()
+        self.features = mi.load_dict({"type": "aov", "aovs": "albedo:albedo,normal:sh_normal"})
+
+    def denoise(self, image: Singles, seed: int, spp: int) -> Singles:
+        """Return a picture (H, W, 3) without noise. The package's own function keeps device and filter in between."""
+        view, spp = self.view, min(spp, self.MOST_SPP)
+        features = np.array(self.features.render(view.scene, sensor=view.sensor, seed=seed, spp=spp))[..., -6:]
+        albedo, normal = (np.ascontiguousarray(part) for part in (features[..., :3], features[..., 3:]))
+        colour = np.ascontiguousarray(image, np.float32)
+        return np.asarray(self.oidn.denoise(colour, albedo, normal, hdr=True), np.float32)
 
 
 def borrow_sensor(setting: Setting, sampler: str) -> Any:

@@ -21,7 +21,7 @@ from tracer.study.toml_location import Location, Origin
 
 NAME = r"^[A-Za-z0-9][\w.+() -]*$"
 """Pattern that the names of studies, scenes and methods must match, as folders are named after them."""
-STOCK_KEYS = {"name", "sampler", "objective"}
+STOCK_KEYS = {"name", "sampler", "objective", "denoise"}
 """Keys that a method by plain ``mi.render`` may have; its ``objective`` says by which error it is compared."""
 ORACLE_KEYS = {"name", "oracle", "objective"}
 """Keys that a method by an oracle may have."""
@@ -72,7 +72,8 @@ class MethodPlan(PlanPart):
     block: int = 1
     unbiased: bool = False
     denoise: bool = False
-    """Whether the picture is denoised before it is scored."""
+    """Whether the picture is denoised before it is scored: by our denoising, or for ``mi.render`` by Open Image Denoise
+    with the albedo and normal of Mitsuba's ``aov``."""
 
     def settings(self) -> dict[str, Any]:
         """Return the keyword arguments of ``tracer.render`` that make it render by this method."""

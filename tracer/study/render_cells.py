@@ -104,7 +104,7 @@ class Opened:
     def open(self) -> Method:
         """Return the method as a function of spp and seed."""
         if self.plan.sampler is not None:
-            return self.studio.stock(self.plan.sampler)
+            return self.studio.stock(self.plan.sampler, self.plan.denoise)
         foretold = None if self.plan.oracle is None else self.foretell(self.plan.oracle)
         return self.studio.own(self.passed, foretold, self.plan.denoise, **self.plan.settings())
 

@@ -1,0 +1,42 @@
+"""The mixture is about as good as the better of two pictures, in whatever strips it is made."""
+
+import mitsuba as mi
+import numpy as np
+import pytest
+
+from tracer.denoising import mixture as module
+from tracer.denoising.mixture import Pictures, mixture
+from tracer.denoising.refilter import FilterShape
+
+SIZE = (96, 128)
+BOX = FilterShape(1 / 12, (1.0,), 0.0)
+
+
+def pictures(noise, error, samples=32, seed=0):
+    """Return the truth, and pictures with normal noise and with an error of the denoiser that does not vary."""
+    random = np.random.default_rng(seed)
+    truth = np.full((*SIZE, 3), 0.5, np.float32)
+    noisy = (truth + noise * random.normal(size=truth.shape)).astype(np.float32)
+    clean = (truth + error * np.sign(random.normal(size=truth.shape))).astype(np.float32)
+    own = (noise**2 * random.chisquare(samples - 1, truth.shape) / (samples - 1)).astype(np.float32)
+    return truth, Pictures(noisy, noisy, own, clean, np.full(SIZE, samples, np.float32))
+
+
+@pytest.mark.parametrize("noise", [0.001, 0.01, 0.1])
+@pytest.mark.parametrize("error", [0.0, 0.001, 0.01, 0.1])
+def test_it_is_about_as_good_as_the_better_one(noise, error):
+    truth, known = pictures(noise, error)
+    errors = [np.mean((image - truth) ** 2) for image in (known.noisy, known.clean, mixture(known, BOX))]
+    assert errors[2] <= 1.2 * min(errors[:2]) + 0.05 * noise**2
+
+
+@pytest.mark.parametrize("name", ["box", "gaussian", "lanczos"])
+@pytest.mark.parametrize("strip", [1, 7, 50])
+def test_strips_change_nothing(monkeypatch, name, strip):
+    shape = FilterShape.of(mi.load_dict({"type": name}))
+    _, known = pictures(0.1, 0.03)
+    known.noisy[30:33, 40:50] *= 1e4
+    known.mean[30:33, 40:50] *= 1e4
+    whole = mixture(known, shape)
+    monkeypatch.setattr(module, "STRIP", strip)
+    assert mixture(known, shape) == pytest.approx(whole, rel=2e-3, abs=1e-5)
