@@ -260,7 +260,7 @@ def test_ctrl_c_leaves_what_there_is_clearly_marked(scene_file, tmp_path):
 def test_a_study_that_fails_in_part_says_so(tracer_program, scene_file, tmp_path, monkeypatch):
     from tracer.study import render_cells
 
-    def never(studio, sampler, denoise):
+    def never(studio, sampler, denoise=False):
         if sampler == "independent":
             raise RuntimeError("no luck")
         return stock(studio, sampler)

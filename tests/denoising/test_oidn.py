@@ -2,6 +2,7 @@
 
 import builtins
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import mitsuba as mi
 import numpy as np
@@ -145,3 +146,27 @@ def test_a_missing_package_says_how_to_install_it(monkeypatch):
     monkeypatch.setattr(builtins, "__import__", without)
     with pytest.raises(TracerError, match=r'mitsuba-oidn.*pip install "\.\[denoise\]"'):
         denoise(ONES)
+
+
+def test_the_last_filter_is_kept_for_the_next_picture(monkeypatch):
+    from tracer.denoising import oidn
+
+    images = [np.random.default_rng(0).random((size, size, 3)).astype(np.float32) for size in (40, 48)]
+    first = [denoise(image) for image in images]
+    assert len(oidn.kept) == 1
+    (kept,) = oidn.kept.values()
+    assert np.array_equal(denoise(images[1]), first[1])
+    assert next(iter(oidn.kept.values())) is kept
+    assert np.array_equal(denoise(images[0]), first[0])
+    assert np.array_equal(denoise(images[0], images[0], images[0]), denoise(images[0], images[0], images[0]))
+    monkeypatch.setattr(oidn, "MOST_KEPT", 100)  # it holds memory
+    assert np.array_equal(denoise(images[1]), first[1])
+    assert not oidn.kept
+
+
+def test_threads_do_not_disturb_each_other():
+    images = [np.random.default_rng(k).random((40, 40, 3)).astype(np.float32) for k in range(8)]
+    alone = [denoise(image) for image in images]
+    with ThreadPoolExecutor(4) as threads:
+        together = list(threads.map(denoise, images))
+    assert all(np.array_equal(one, other) for one, other in zip(alone, together, strict=True))

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from tracer.study.denoised import denoised_over_noisy
 from tracer.study.gains import Interval
 from tracer.study.plan import Plan
 from tracer.study.records import Mean, Row
@@ -96,6 +97,8 @@ def markdown(results: Results) -> str:
     parts = []
     for budget in dict.fromkeys(row.budget for row in rows):
         parts += [f"## Gains, {budget}\n", gains(results, rows, means, budget)]
+        if (denoised := denoising(results, budget)) is not None:
+            parts += [f"## Denoised over noisy, {budget}\n", denoised]
         parts += [f"## Seconds, {budget}\n", seconds([row for row in rows if row.budget == budget])]
     parts += ["## References\n", references(results)]
     if results.failures:
@@ -127,6 +130,16 @@ def gains(results: Results, rows: Sequence[Row], means: Sequence[Mean], budget: 
     return markdown_table(
         [f"{budget}, {measured(results.plan)} of {baseline} over that of", *methods, "1 + CV²"], lines
     )
+
+
+def denoising(results: Results, budget: str) -> str | None:
+    """Return the errors of denoised pictures over those of noisy ones at a budget; None if nothing is denoised."""
+    headings, values = denoised_over_noisy(results, budget)
+    if not headings:
+        return None
+    lines = [[line, *(bounds(value) for value in intervals)] for line, intervals in values.items()]
+    lines[-1] = [f"**{text}**" for text in lines[-1]]
+    return markdown_table([budget, *headings], lines)
 
 
 def mean_text(mean: Mean | None, field: str, scenes: int) -> str:
