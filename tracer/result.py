@@ -74,9 +74,9 @@ class Report:
     elsewhere: dict[str, Any] = field(default_factory=dict)
     """For a render on workers: how many there were at the end, units, and bytes that travelled. Else empty."""
     seconds_features: float = 0.0
-    """Seconds of drawing features that were asked for, or that a checkpoint keeps for who denoises it."""
+    """Seconds of drawing the features that were asked for or that a checkpoint keeps."""
     seconds_denoising: float = 0.0
-    """Seconds of denoising, features of what is seen included."""
+    """Seconds of denoising, and of drawing the features for it if no checkpoint keeps them."""
 
     @property
     def complete(self) -> bool:

@@ -19,7 +19,7 @@ def drawn(probability, value, background=0.3, seed=0):
 
 
 def glare_of(brightness, own, count):
-    return find_glare(brightness, is_certain(brightness, own, count), float(np.median(brightness)))
+    return find_glare(brightness, is_certain(brightness, own, count), float(np.quantile(brightness, 0.95)))
 
 
 def lamp(height, width, coverage=1.0):
@@ -58,6 +58,14 @@ def test_noise_and_soft_light_are_no_glare(background):
     assert not glare_of(*drawn(np.zeros(SIZE), 0.0, background)).any()
     light = (1.0 + np.cos(np.arange(SIZE[1]) / 8.0) * 0.9) * np.ones(SIZE)
     assert not find_glare(light.astype(np.float32), np.ones(SIZE, bool), 1.0).any()
+
+
+def test_a_disc_before_black_is_no_glare():
+    """Nothing in it is far brighter than the picture as a whole, however dark the background is."""
+    row, column = np.indices(SIZE)
+    disc = np.where((row - 30) ** 2 + (column - 40) ** 2 < 400, 0.5, 1e-6).astype(np.float32)
+    mask = find_glare(disc, np.ones(SIZE, bool), 0.5)
+    assert not mask[disc > 0.1].any()
 
 
 def test_few_samples_are_not_certain():

@@ -19,7 +19,7 @@ def pictures(noise, error, samples=32, seed=0):
     noisy = (truth + noise * random.normal(size=truth.shape)).astype(np.float32)
     clean = (truth + error * np.sign(random.normal(size=truth.shape))).astype(np.float32)
     own = (noise**2 * random.chisquare(samples - 1, truth.shape) / (samples - 1)).astype(np.float32)
-    return truth, Pictures(noisy, noisy, own, clean, np.full(SIZE, samples, np.float32))
+    return truth, Pictures(noisy, noisy.copy(), own, clean, np.full(SIZE, samples, np.float32))
 
 
 @pytest.mark.parametrize("noise", [0.001, 0.01, 0.1])
@@ -36,7 +36,28 @@ def test_strips_change_nothing(monkeypatch, name, strip):
     shape = FilterShape.of(mi.load_dict({"type": name}))
     _, known = pictures(0.1, 0.03)
     known.noisy[30:33, 40:50] *= 1e4
-    known.mean[30:33, 40:50] *= 1e4
+    known.mean[30:33, 40:50] *= 1.1e4
     whole = mixture(known, shape)
     monkeypatch.setattr(module, "STRIP", strip)
     assert mixture(known, shape) == pytest.approx(whole, rel=2e-3, abs=1e-5)
+
+
+@pytest.mark.parametrize("name", ["box", "gaussian"])
+def test_a_pixel_beyond_all_bounds_spoils_no_other(name):
+    shape = FilterShape.of(mi.load_dict({"type": name}))
+    _, known = pictures(0.1, 0.01)
+    expected = mixture(known, shape)
+    for picture, value in ((known.noisy, 1e20), (known.mean, 1e20), (known.squared_errors, 1e38)):
+        picture[50, 60] = value
+    found = mixture(known, shape)
+    assert np.all(np.isfinite(found))
+    assert found[:40] == pytest.approx(expected[:40], abs=1e-3)
+
+
+@pytest.mark.parametrize("size", [(1, 1), (1, 9), (3, 2)])
+@pytest.mark.parametrize("count", [0, 1, 3])
+@pytest.mark.parametrize("value", [0.0, 0.7])
+def test_small_and_black_pictures_with_few_samples(size, count, value):
+    flat = np.full((*size, 3), value, np.float32)
+    known = Pictures(flat, flat, 0 * flat, flat, np.full(size, count, np.float32))
+    assert mixture(known, FilterShape.of(mi.load_dict({"type": "gaussian"}))) == pytest.approx(flat)

@@ -2,6 +2,7 @@
 
 import builtins
 import sys
+import time
 from concurrent.futures import ThreadPoolExecutor
 
 import mitsuba as mi
@@ -153,20 +154,34 @@ def test_the_last_filter_is_kept_for_the_next_picture(monkeypatch):
 
     images = [np.random.default_rng(0).random((size, size, 3)).astype(np.float32) for size in (40, 48)]
     first = [denoise(image) for image in images]
-    assert len(oidn.kept) == 1
-    (kept,) = oidn.kept.values()
+    assert len(oidn.last_filter) == 1
+    (last,) = oidn.last_filter.values()
     assert np.array_equal(denoise(images[1]), first[1])
-    assert next(iter(oidn.kept.values())) is kept
+    assert next(iter(oidn.last_filter.values())) is last
     assert np.array_equal(denoise(images[0]), first[0])
     assert np.array_equal(denoise(images[0], images[0], images[0]), denoise(images[0], images[0], images[0]))
     monkeypatch.setattr(oidn, "MOST_KEPT", 100)  # it holds memory
     assert np.array_equal(denoise(images[1]), first[1])
-    assert not oidn.kept
+    assert not oidn.last_filter
 
 
-def test_threads_do_not_disturb_each_other():
-    images = [np.random.default_rng(k).random((40, 40, 3)).astype(np.float32) for k in range(8)]
-    alone = [denoise(image) for image in images]
+def test_one_filter_runs_at_a_time(monkeypatch):
+    from tracer.denoising import oidn
+
+    images = [np.random.default_rng(k).random((40, 40, 3)).astype(np.float32) for k in range(6)]
+    expected = [denoise(image) for image in images]
+    running, most, run = [], [], oidn.run
+
+    def counted(*arguments):
+        running.append(1)
+        most.append(len(running))
+        time.sleep(0.01)
+        result = run(*arguments)
+        running.pop()
+        return result
+
+    monkeypatch.setattr(oidn, "run", counted)
     with ThreadPoolExecutor(4) as threads:
         together = list(threads.map(denoise, images))
-    assert all(np.array_equal(one, other) for one, other in zip(alone, together, strict=True))
+    assert max(most) == 1
+    assert all(np.array_equal(*pair) for pair in zip(expected, together, strict=True))

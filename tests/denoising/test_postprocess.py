@@ -164,6 +164,16 @@ def test_denoised_is_no_worse_than_noisy_and_as_bright(truth, name, noise):
     assert float(found.mean()) == pytest.approx(float(noisy.mean()), rel=0.01)
 
 
+def test_films_of_other_colours_are_denoised_alike(cornell):
+    """Errors of XYZ are not those of RGB, but what is known of them is."""
+    rgb, xyz = (
+        tracer.render(cornell((48, 32), pixel_format=name), spp=8, criterion="uniform", denoise=True)
+        for name in ("rgb", "xyz")
+    )
+    assert xyz.rgb == pytest.approx(rgb.rgb, rel=0.1, abs=0.05)
+    assert np.mean((xyz.rgb - rgb.rgb) ** 2) < 0.05 * np.mean((rgb.noisy - rgb.rgb) ** 2)
+
+
 @pytest.mark.parametrize("name", FILTERS)
 @pytest.mark.parametrize("fireflies", [0.0, 1e-4])
 @pytest.mark.parametrize("truth", [grey, gradient])

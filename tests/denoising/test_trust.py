@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tracer.denoising.trust import PRIOR, kept_share
+from tracer.denoising.trust import PRIOR_ERROR, kept_share
 
 SIZE = (40, 60)
 
@@ -20,13 +20,13 @@ def noise_of(deviation, seed=0):
 
 def test_noise_is_taken():
     share = kept_share(noise_of(0.1), flat(0.01), flat(2.0), flat(8.0))
-    assert share == pytest.approx(flat(PRIOR / (1 + PRIOR)), abs=1e-5)
+    assert share == pytest.approx(flat(PRIOR_ERROR / (1 + PRIOR_ERROR)), abs=1e-5)
 
 
 @pytest.mark.parametrize("times", [3.0, 10.0])
 def test_what_is_more_than_noise_is_given_back(times):
     share = kept_share(noise_of(0.1 * times), flat(0.01), flat(1.0), flat(8.0))
-    assert share.mean() == pytest.approx(1 - times**-3 / (1 + PRIOR), abs=0.02)
+    assert share.mean() == pytest.approx(1 - times**-3 / (1 + PRIOR_ERROR), abs=0.02)
 
 
 def test_a_single_pixel_is_believed_and_its_neighbours_are_not():

@@ -34,7 +34,7 @@ def same(one, other):
 
 @pytest.mark.parametrize(
     "settings",
-    [{}, {"criterion": "rigau"}, {"unbiased": True, "spp": 64}, {"noise": 0.3}],
+    [{}, {"criterion": "rigau"}, {"unbiased": True, "spp": 64}, {"noise": 0.3}, {"denoise": True}],
 )
 @pytest.mark.parametrize("part", [0.02, 0.15, 0.3, 0.7, 0.9])
 def test_a_resumed_render_is_the_one_that_was_never_stopped(cornell, tmp_path, small_passes, settings, part):

@@ -15,42 +15,46 @@ from scipy.ndimage import uniform_filter
 from tracer.core.arrays import Mask, Singles
 from tracer.denoising.neighbours import blurred, extreme
 
-CONTRAST = {3: 4.0, 5: 40.0}
+CONTRASTS = {3: 4.0, 5: 40.0}
 """Brightness of the brightest pixel in a square around a pixel, in multiples of the pixel's own, from which on the
 pixel is beside glare, by the side of the square."""
-GLARING, AROUND = 30.0, 5
-"""GLARING: brightness of a pixel, in multiples of the darkest pixel around, from which on it is glaring itself. AROUND:
-side in pixels of the square around it."""
-BLUR = 0.2
-"""Taps on both sides of a pixel of the blur after which darker pixels are compared."""
-DARK = 1e-4
-"""Brightness, over that of most of the picture, that a pixel is taken to have at least."""
-CERTAIN, LEAST_COUNT = 5.0**0.5, 4
-"""CERTAIN: least brightness of a certain pixel, in its own standard errors. LEAST_COUNT: least samples that tell these
-errors: where few samples find light, hardly ever do that many fall into one pixel."""
+GLARING = 30.0
+"""Brightness of a pixel, in multiples of the darkest pixel around, from which on it is glaring itself."""
+AROUND = 5
+"""Side in pixels of the square in which the darkest pixel is looked for."""
+SIDE_TAP = 0.2
+"""Weight of each neighbour in the blur after which darker pixels are compared."""
+DARKEST = 0.3
+"""Brightness, over that of the brighter pixels of the picture, that a pixel is taken to have at least: before a black
+background nothing is glaring that is not far brighter than those."""
+CERTAIN = 5.0**0.5
+"""Least brightness of a certain pixel, in its own standard errors."""
+LEAST_COUNT = 4
+"""Least samples that tell a standard error: where few samples find light, hardly ever do that many fall into one
+pixel."""
 
 
-def is_certain(grey: Singles, own: Singles, count: Singles) -> Mask:
+def is_certain(grey: Singles, squared_errors: Singles, count: Singles) -> Mask:
     """Return which pixels (H, W) are certainly about as bright, with those around them, as their samples say.
 
-    ``grey`` and ``own`` (H, W): means of the pixels' own samples and their squared standard errors, averaged over
-    colours; ``count`` (H, W): samples. The edge of a lamp, which few samples of a pixel see, is certain with its lamp.
+    ``grey`` and ``squared_errors`` (H, W): means of the pixels' own samples and their squared standard errors, averaged
+    over colours; ``count`` (H, W): samples. The edge of a lamp, which few samples of a pixel see, is certain with its
+    lamp.
     """
-    total, error = uniform_filter(grey, 3, mode="nearest"), uniform_filter(own, 3, mode="nearest")
-    mask: Mask = (count >= LEAST_COUNT) & (9.0 * np.square(total) >= CERTAIN**2 * error)
+    mean, error = uniform_filter(grey, 3, mode="nearest"), uniform_filter(squared_errors, 3, mode="nearest")
+    mask: Mask = (count >= LEAST_COUNT) & (9.0 * np.square(mean) >= CERTAIN**2 * error)
     return mask
 
 
-def find_glare(brightness: Singles, certain: Mask, median: float) -> Mask:
+def find_glare(brightness: Singles, certain: Mask, bright: float) -> Mask:
     """Return which pixels (H, W) of a picture of this ``brightness`` (H, W) are glaring or beside glare.
 
-    ``certain`` (H, W): what ``is_certain`` returned; other pixels are no glare. ``median``: brightness of the whole
-    picture.
+    ``certain`` (H, W): what ``is_certain`` returned; other pixels are no glare. ``bright``: brightness of
+    the brighter pixels of the whole picture.
     """
-    least = DARK * max(median, 0.0) + 1e-20
-    own = blurred(brightness, BLUR).clip(least)
+    surface = np.maximum(blurred(brightness, SIDE_TAP), np.float32(DARKEST * max(bright, 0.0) + 1e-20))
     sure = np.where(certain, brightness, np.float32(0))
-    mask: Mask = sure > GLARING * extreme(own, AROUND, np.minimum)
-    for side, contrast in CONTRAST.items():
-        mask |= extreme(sure, side, np.maximum) > contrast * own
+    mask: Mask = sure > GLARING * extreme(surface, AROUND, np.minimum)
+    for side, contrast in CONTRASTS.items():
+        mask |= extreme(sure, side, np.maximum) > contrast * surface
     return mask

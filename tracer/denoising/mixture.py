@@ -1,9 +1,10 @@
 """The picture that is made of a noisy one and its denoised means: noise is taken out where it is noise.
 
 The denoiser gets the mean of each pixel's own samples, as through the film's filter neighbours share noise, which a
-denoiser takes for detail. The filter is imitated afterwards. The imitation does not know where in a pixel the light is:
-what it misses is the detail, noise and all. So the picture is the sum of three: the denoised means, what was taken from
-them, and the detail, the last two as far as they are no noise. What is beside glare stays as it was drawn.
+denoiser takes for detail. The filter is imitated afterwards. The imitation does not know where in a pixel the light is.
+The part of the noisy picture that it misses is called the detail; it holds noise as well. So the picture is the sum of
+three: the denoised means, what was taken from them, and the detail, the last two as far as they are no noise. What is
+beside glare stays as it was drawn.
 """
 
 from __future__ import annotations
@@ -12,7 +13,6 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tracer.core import backend
 from tracer.core.arrays import Singles, spread_out
@@ -20,14 +20,18 @@ from tracer.denoising.glare import find_glare, is_certain
 from tracer.denoising.noise import edge_share, expected_noise, possible_ratio
 from tracer.denoising.refilter import FilterShape, filtered_variance, refilter
 from tracer.denoising.trust import kept_share
-from tracer.image.colour import LUMINANCE
 
 STRIP = 128
-"""Rows that are worked on at once; strips are shared out among threads, and their number changes no picture."""
+"""Rows that are worked on at once. Strips are shared out among threads, whose number changes no picture; other strips
+would change it by rounding."""
 LOOKED_AT = 1 << 16
-"""Number of pixels, about, whose median is taken; they are evenly spread."""
-REACH = 8
+"""Number of pixels, about, that tell how bright a picture is; they are evenly spread."""
+BRIGHT = 0.8
+"""Share of the pixels of a picture that are darker than its brighter pixels; fewer than the rest may glare."""
+HALO = 8
 """Rows above and below that a row depends on, beyond what the film's filter reaches."""
+LARGEST = 1e15
+"""Largest brightness that is looked at: squares of more are beyond single precision."""
 
 
 @dataclass(frozen=True)
@@ -38,8 +42,8 @@ class Pictures:
     """(H, W, 3): the picture as it was drawn, through the film's filter."""
     mean: Singles
     """(H, W, 3): means of each pixel's own samples."""
-    own: Singles
-    """(H, W, 3): their squared errors, from each pixel's own samples alone."""
+    squared_errors: Singles
+    """(H, W, 3): those of the means, from each pixel's own samples alone."""
     clean: Singles
     """(H, W, 3): the means, denoised."""
     count: Singles
@@ -50,20 +54,30 @@ class Pictures:
         return Pictures(*(picture[first:last] for picture in vars(self).values()))
 
 
+@dataclass(frozen=True)
+class Typical:
+    """How bright a picture is as a whole."""
+
+    median: float
+    """Of its pixels."""
+    bright: float
+    """That of the brighter pixels: BRIGHT of all pixels are darker."""
+
+
 def mixture(pictures: Pictures, shape: FilterShape) -> Singles:
     """Return the picture (H, W, 3) that is nearest to the truth by all that is known.
 
     ``shape``: of the film's filter.
     """
     height = len(pictures.count)
-    grey_means = grey(pictures.mean).ravel()
-    median = float(np.median(grey_means[spread_out(grey_means.size, LOOKED_AT)]))
-    halo = REACH + shape.reach
+    grey_means = grey(pictures.mean, LARGEST).ravel()
+    typical = Typical(*np.quantile(grey_means[spread_out(grey_means.size, LOOKED_AT)], (0.5, BRIGHT)).tolist())
+    halo = HALO + shape.reach
     result = np.empty_like(pictures.noisy)
 
     def mix(first: int) -> None:
         last, above = min(first + STRIP, height), min(halo, first)
-        part = mixed_rows(pictures.rows(first - above, min(last + halo, height)), shape, median)
+        part = mixed_rows(pictures.rows(first - above, min(last + halo, height)), shape, typical)
         result[first:last] = part[above : above + last - first]
 
     with ThreadPoolExecutor(backend.thread_count()) as threads:
@@ -71,24 +85,26 @@ def mixture(pictures: Pictures, shape: FilterShape) -> Singles:
     return result
 
 
-def mixed_rows(rows: Pictures, shape: FilterShape, median: float) -> Singles:
-    """Return the mixture (H, W, 3) of some rows. ``median``: brightness of the whole picture."""
-    grey_mean, grey_clean, grey_own = grey(rows.mean), grey(rows.clean), np.maximum(grey(rows.own), 0.0)
-    noise = expected_noise(grey_mean, grey_clean, grey_own, rows.count, median)
+def mixed_rows(rows: Pictures, shape: FilterShape, typical: Typical) -> Singles:
+    """Return the mixture (H, W, 3) of some rows. ``typical``: brightness of the whole picture."""
+    grey_mean, grey_clean = grey(rows.mean, LARGEST), grey(rows.clean, LARGEST)
+    grey_error = grey(rows.squared_errors, LARGEST**2)
+    noise = expected_noise(grey_mean, grey_clean, grey_error, rows.count, typical.median)
     ratio = possible_ratio(rows.count, edge_share(grey_clean, noise, rows.count))
     taken = rows.mean - rows.clean
     taken *= kept_share(taken, noise, ratio, rows.count)[..., None]
     result = refilter(rows.clean + taken, shape)
-    if shape.untold > 0.0:
+    if shape.hidden_share > 0.0:
         detail = rows.noisy - refilter(rows.mean, shape)
-        untold = np.float32(shape.untold) * filtered_variance(noise, shape)
-        result += kept_share(detail, untold, ratio, rows.count)[..., None] * detail
-    stays = find_glare(rows.noisy @ LUMINANCE.astype(np.float32), is_certain(grey_mean, grey_own, rows.count), median)
-    result[stays] = rows.noisy[stays]
+        detail_noise = np.float32(shape.hidden_share) * filtered_variance(noise, shape)
+        result += kept_share(detail, detail_noise, ratio, rows.count)[..., None] * detail
+    certain = is_certain(grey_mean, grey_error, rows.count)
+    glare = find_glare(grey(rows.noisy, LARGEST), certain, typical.bright)
+    result[glare] = rows.noisy[glare]
     return result
 
 
-def grey(picture: NDArray) -> Singles:
-    """Return the mean over colours (H, W) of a picture (H, W, 3)."""
-    mean: Singles = np.einsum("hwc->hw", picture) / np.float32(3)
+def grey(picture: Singles, largest: float) -> Singles:
+    """Return the mean over colours (H, W) of a picture (H, W, 3), or ``largest`` where that is less."""
+    mean: Singles = np.minimum(np.einsum("hwc->hw", picture) / np.float32(3), np.float32(largest))
     return mean

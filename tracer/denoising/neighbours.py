@@ -39,3 +39,20 @@ def neighbours(picture: Singles, axis: int) -> tuple[Singles, Singles]:
     padded = np.concatenate([picture[tuple(first)], picture, picture[tuple(last)]], axis=axis)
     first[axis], last[axis] = slice(0, -2), slice(2, None)
     return padded[tuple(first)], padded[tuple(last)]
+
+
+def local_variance(picture: Singles) -> Singles:
+    """Return the variance (H, W) of each pixel and its eight neighbours; the edge is repeated.
+
+    Sums are of differences from the pixel, so that what is far brighter elsewhere is no matter.
+    """
+    height, width = picture.shape
+    padded = np.pad(picture, 1, mode="edge")
+    total, squares = np.zeros_like(picture), np.zeros_like(picture)
+    for down in range(3):
+        for right in range(3):
+            difference = padded[down : down + height, right : right + width] - picture
+            total += difference
+            squares += np.square(difference)
+    variance = np.maximum(squares - np.square(total) / np.float32(9), np.float32(0)) / np.float32(9)
+    return np.asarray(variance, np.float32)

@@ -1,11 +1,11 @@
 """How noisy the mean of each pixel's own samples may be, at most: differences beyond that are not noise.
 
-The variance of a pixel's samples over their number is the squared error of their mean if they are independent. It is
-wrong in two ways. After few samples a pixel has often not yet seen what makes it noisy, so its surroundings count as
-well, the less, the more samples there are. And the samples are stratified, so their mean errs by less, by more so the
-more there are, and most of all where the variance is that of an edge within the pixel. On many_lights, thin_rods and
-the public veach-mis the ratio of the squared error to the variance over the number was 0.8 to 2 on average at 8 samples
-per pixel, 0.6 to 0.95 at 32 and 0.4 to 1.2 at 128.
+If samples are independent, the squared error of a mean is their variance over their number. This is wrong in two ways.
+After few samples a pixel has often not yet seen what makes it noisy; so its surroundings count as well, the less, the
+more samples there are. And the samples are stratified, so their mean errs by less than that of independent samples; the
+advantage grows with their number and is largest where an edge runs through the pixel. On many_lights, thin_rods and the
+public veach-mis the squared error was on average 0.8 to 2 times the variance over the number at 8 samples per pixel,
+0.6 to 0.95 times at 32 and 0.4 to 1.2 times at 128.
 """
 
 from __future__ import annotations
@@ -14,25 +14,30 @@ import numpy as np
 from scipy.ndimage import uniform_filter
 
 from tracer.core.arrays import Singles
+from tracer.denoising.neighbours import local_variance
 
 WINDOW = 7
 """Side in pixels of the square over which squared errors are averaged."""
 PRIOR_SAMPLES = 32.0
 """Number of samples of a pixel from which on its own variance tells more of its noise than its surroundings do."""
-DARK = 1e-4
-"""Squared brightness, over that of most of the picture, that a pixel is taken to have at least."""
+DARKEST = 0.01
+"""Brightness, over that of most of the picture, that a pixel is taken to have at least."""
 BRIGHTER = 2.0
 """Factor by which a pixel may be brighter than in the denoised picture."""
 FEW = 8.0
-"""Number of samples that the following numbers belong to."""
-MARGIN = 3.0
-"""Squared error of a mean of FEW samples, over its expectation for independent samples, that may still be noise: it
-leaves room for what few samples have not found."""
+"""Number of samples that the following constants, and those of ``tracer.denoising.trust``, belong to."""
+ALLOWANCE = 3.0
+"""Squared error of a mean of FEW samples, over that expected of independent samples, that may still be noise: it leaves
+room for what few samples have not found."""
 RATE = 0.4
-"""Power of the number of samples with which that ratio falls."""
-EDGE_MARGIN, EDGE_RATE = 0.2, 0.5
-"""Factor of the ratio at an edge, and the power with which it falls faster there: samples on both sides of an edge are
-in proportion to its sides up to n^-1.5."""
+"""Power of the number of samples with which ALLOWANCE falls, and rises for fewer than FEW."""
+EDGE_FACTOR = 0.2
+"""Factor of ALLOWANCE where all variance is that of an edge."""
+EDGE_RATE = 0.5
+"""Power of the number of samples, from FEW on, with which EDGE_FACTOR falls: how much of a pixel lies on which side of
+an edge, n stratified samples tell with a squared error that falls as n^-1.5."""
+TINY = np.float32(1e-20)
+"""Least squared error or brightness that is divided by."""
 
 
 def own_errors(mean: Singles, variance: Singles, count: Singles) -> Singles:
@@ -46,21 +51,22 @@ def own_errors(mean: Singles, variance: Singles, count: Singles) -> Singles:
     return errors
 
 
-def expected_noise(grey: Singles, clean: Singles, own: Singles, count: Singles, median: float) -> Singles:
+def expected_noise(grey: Singles, clean: Singles, squared_errors: Singles, count: Singles, median: float) -> Singles:
     """Return the squared error (H, W) that pixel means would have if their samples were independent.
 
-    ``grey`` (H, W): the means, averaged over colours; ``clean`` (H, W): the same of the denoised picture; ``own``
-    (H, W): ``own_errors``, averaged over colours; ``count`` (H, W): samples; ``median``: of the whole picture. Errors
-    of surroundings count in proportion to brightness, or as they are if that is less, so that a lamp and its edge leave
-    their surroundings alone.
+    ``grey`` (H, W): the means, averaged over colours; ``clean`` (H, W): the same of the denoised picture;
+    ``squared_errors`` (H, W): ``own_errors``, averaged over colours; ``count`` (H, W): samples; ``median``: brightness
+    of the whole picture. Errors of surroundings count in proportion to brightness, or as they are if that is less, so
+    that a lamp and its edge leave their surroundings alone.
     """
-    level = np.square(grey) + np.float32(DARK * median**2 + 1e-20)
-    relative = uniform_filter(own / level, WINDOW, mode="nearest")
+    level = np.square(grey) + np.float32((DARKEST * median) ** 2) + TINY
+    # The squared error of a mean of samples that are not negative is at most the squared mean.
+    relative = uniform_filter(np.minimum(squared_errors / level, np.float32(1)), WINDOW, mode="nearest")
     # What few samples have left dark by chance is as bright as the denoised picture, or as what is around.
     expected = np.maximum(np.square(clean), level)
     around = np.minimum(np.square(uniform_filter(grey, WINDOW, mode="nearest")), BRIGHTER**2 * expected)
-    wide = np.minimum(uniform_filter(own, WINDOW, mode="nearest"), relative * np.maximum(expected, around))
-    noise: Singles = np.maximum(own, wide * np.square(PRIOR_SAMPLES / (PRIOR_SAMPLES + count)))
+    wide = np.minimum(uniform_filter(squared_errors, WINDOW, mode="nearest"), relative * np.maximum(expected, around))
+    noise: Singles = np.maximum(squared_errors, wide * np.square(PRIOR_SAMPLES / (PRIOR_SAMPLES + count)))
     return noise
 
 
@@ -69,9 +75,9 @@ def possible_ratio(count: Singles, edge_share: Singles) -> Singles:
 
     ``count`` (H, W): samples of each pixel; ``edge_share`` (H, W): what ``edge_share`` returned.
     """
-    samples = np.log(np.maximum(uniform_filter(count, WINDOW, mode="nearest"), 1.0) / np.float32(FEW))
-    at_edge = np.log(np.float32(EDGE_MARGIN)) - np.float32(EDGE_RATE) * np.maximum(samples, 0.0)
-    ratio: Singles = np.float32(MARGIN) * np.exp(edge_share * at_edge - np.float32(RATE) * samples)
+    growth = np.log(np.maximum(uniform_filter(count, WINDOW, mode="nearest"), 1.0) / np.float32(FEW))
+    at_edge = np.log(np.float32(EDGE_FACTOR)) - np.float32(EDGE_RATE) * np.maximum(growth, 0.0)
+    ratio: Singles = np.float32(ALLOWANCE) * np.exp(edge_share * at_edge - np.float32(RATE) * growth)
     return ratio
 
 
@@ -81,7 +87,5 @@ def edge_share(clean: Singles, noise: Singles, count: Singles) -> Singles:
     ``clean`` (H, W): the denoised picture, averaged over colours, whose variance from pixel to pixel is that of an edge
     within a pixel; ``noise`` (H, W): ``expected_noise``.
     """
-    mean = uniform_filter(clean, 3, mode="nearest")
-    contrast = uniform_filter(np.square(clean), 3, mode="nearest") - np.square(mean)
-    share: Singles = np.clip(contrast / np.maximum(noise * count, np.float32(1e-20)), 0.0, 1.0)
+    share: Singles = np.minimum(local_variance(clean) / np.maximum(noise * count, TINY), np.float32(1))
     return share

@@ -12,23 +12,25 @@ from tracer.core.arrays import Singles
 from tracer.core.version import install_command
 from tracer.errors import DenoiseError
 
-MARGIN, SMALL = 8, 32
-"""MARGIN: pixels by which the picture is continued on each side, as its reflection; twice as many if a side has fewer
-than SMALL pixels. Open Image Denoise takes what lies outside for black: without the margin a constant picture comes
-back up to 37 % too bright or dark at its edge, and a single pixel ten times too dark; with it, by 1 % at most."""
+MARGIN = 8
+"""Pixels by which the picture is continued on each side, as its reflection; twice as many for a SMALL picture. Open
+Image Denoise takes what lies outside for black: without the margin a constant picture comes back up to 37 % too bright
+or dark at its edge, and a single pixel ten times too dark; with it, by 1 % at most."""
+SMALL = 32
+"""Pixels along a side that a picture has at least if it is not small."""
 LEAST_MEMORY, MOST_MEMORY, PIXEL_MEMORY = 256, 1024, 0.0006
 """Megabytes that Open Image Denoise may take, about: PIXEL_MEMORY per pixel, from LEAST_MEMORY to MOST_MEMORY in all.
 For larger pictures it works in tiles, which leave the result the same to the bit and take hardly more time."""
-MOST_KEPT = 1 << 20
-"""Most pixels for which a filter is kept for the next picture: to make one takes as long as to denoise 10^4 pixels, and
-it holds memory."""
+MOST_KEPT = 1 << 17
+"""Most pixels for which a filter is kept for the next picture. To make one takes as long as to denoise 10^4 pixels, and
+it holds 100 MB for this many."""
 
 Shape = tuple[tuple[int, ...], tuple[str, ...]]
 """Shape and names of the images of a filter."""
 lock = threading.Lock()
-"""Held while a filter runs, as filters are shared."""
-kept: dict[Shape, Any] = {}
-"""The filter that was used last, by the shape of its images."""
+"""Held while a filter runs: it takes all threads, and memory."""
+last_filter: dict[Shape, Any] = {}
+"""The filter that ran last, by the shape of its images."""
 
 
 def denoise(image: NDArray, albedo: NDArray | None = None, normal: NDArray | None = None) -> Singles:
@@ -52,7 +54,7 @@ def denoise(image: NDArray, albedo: NDArray | None = None, normal: NDArray | Non
         with lock:
             denoised = run(oidn, {name: continued(values) for name, values in images.items()})
     except oidn.Error as error:
-        kept.clear()
+        last_filter.clear()
         raise DenoiseError(f"Open Image Denoise failed: {error}.") from None
     margin = margin_of(np.shape(image))
     return np.ascontiguousarray(denoised[margin:-margin, margin:-margin])
@@ -103,8 +105,8 @@ def run(oidn: Any, images: dict[str, Singles]) -> Singles:
     """Return the output of the filter for ray-traced pictures for ``images``, by their names in Open Image Denoise."""
     output = np.empty_like(images["color"])
     shape = output.shape, tuple(images)
-    ray_traced = kept.pop(shape, None)
-    kept.clear()
+    ray_traced = last_filter.pop(shape, None)
+    last_filter.clear()
     if ray_traced is None:
         ray_traced = oidn.Device(oidn.DeviceType.CPU).new_filter("RT")
         ray_traced.hdr = True
@@ -114,5 +116,5 @@ def run(oidn: Any, images: dict[str, Singles]) -> Singles:
         ray_traced.set_image(name, values)
     ray_traced.execute()
     if output.shape[0] * output.shape[1] <= MOST_KEPT:
-        kept[shape] = ray_traced
+        last_filter[shape] = ray_traced
     return output

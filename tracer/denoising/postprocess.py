@@ -39,7 +39,7 @@ def see(view: View, sampler: Any, seed: int, counts: NDArray[np.uint32]) -> Seen
     return Seen(draw_features(view, sampler, seed, counts), *shape_numbers(view))
 
 
-def look_for_denoiser(view: View, sampler: Any, seed: int) -> Features:
+def draw_denoising_features(view: View, sampler: Any, seed: int) -> Features:
     """Return the features, each pixel by itself, that ``without_noise`` needs, whatever samples the picture has."""
     counts = np.full(view.grid, FEATURE_RAYS, np.uint32)
     return draw_features(view, sampler, seed, counts, FEATURE_RAYS, filtered=False)
@@ -50,14 +50,16 @@ def without_noise(
 ) -> Singles:
     """Return a picture (H, W, C) with its colours denoised where that helps; alpha and AOVs stay. Raises DenoiseError.
 
-    ``shape``: of the film's filter; ``features``: what ``look_for_denoiser`` returned.
+    ``shape``: of the film's filter; ``features``: what ``draw_denoising_features`` returned.
     """
     inner, colours = frame.inner, frame.colour_channels
     count = statistics.count[inner].astype(np.float32)
     values = statistics.mean[inner][..., :colours].copy()
     values[count == 0] = image[count == 0][:, :colours]
-    own = frame.rgb(own_errors(values, statistics.variance[inner][..., :colours], count))
+    # Errors of colours that are sums of others are taken to have the same sign.
+    errors = frame.rgb(np.sqrt(own_errors(values, statistics.variance[inner][..., :colours], count)))
     noisy, mean = (np.asarray(frame.rgb(picture), np.float32) for picture in (image, values))
     clean = denoise(mean, features.albedo, features.normal)
-    mixed = mixture(Pictures(noisy, mean, own, clean, count), shape)
+    squared_errors = np.square(np.asarray(errors, np.float32))
+    mixed = mixture(Pictures(noisy, mean, squared_errors, clean, count), shape)
     return np.concatenate([frame.from_rgb(mixed), image[..., colours:]], axis=-1).astype(np.float32)

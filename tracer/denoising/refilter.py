@@ -19,6 +19,8 @@ BOX_VARIANCE = 1 / 12
 """Variance of a box filter one pixel wide, in square pixels."""
 POSITIONS = 4096
 """Number of positions at which a filter is evaluated."""
+WIDEST = 1e4
+"""Largest variance of a filter, in square pixels."""
 MOST_AT_ONCE = 0.5
 """Largest variance, in square pixels, that one blur with three positive taps adds; with more it would invert the finest
 detail."""
@@ -33,9 +35,9 @@ class FilterShape:
     squared_weights: tuple[float, ...]
     """Mean squared weight that a sample has in the pixels before, at and after its own, over the squared sum of the
     mean weights: what is left of the variance of independent pixels."""
-    untold: float
-    """The part of the variance of a filtered picture that the means of its pixels do not show, 0 to 1, in two
-    dimensions: the weights of samples vary with their positions in the pixel."""
+    hidden_share: float
+    """The part of the variance of a filtered picture that the means of its pixels do not show, 0 to 1: the weights of
+    samples vary with their positions in the pixel. Unlike the others it is that of both axes together."""
 
     @property
     def reach(self) -> int:
@@ -62,13 +64,18 @@ class FilterShape:
         weight = evaluate(reconstruction_filter, distance.ravel()).reshape(distance.shape)
         mean, mean_square = weight.mean(axis=1), (weight**2).mean(axis=1)
         # The part that the means do show is the squared mean weight over the mean squared weight.
-        untold = float(1.0 - ((mean**2).sum() / mean_square.sum()) ** 2)
-        return cls(variance, tuple((mean_square / mean.sum() ** 2).tolist()), untold)
+        hidden_share = float(1.0 - ((mean**2).sum() / mean_square.sum()) ** 2)
+        return cls(variance, tuple((mean_square / mean.sum() ** 2).tolist()), hidden_share)
 
     @classmethod
     def from_plain(cls, plain: dict[str, Any]) -> FilterShape:
         """Return a shape from what ``plain`` returned. Raises KeyError, TypeError or ValueError for anything else."""
-        return cls(float(plain["variance"]), tuple(float(x) for x in plain["squared_weights"]), float(plain["untold"]))
+        weights = tuple(float(weight) for weight in plain["squared_weights"])
+        shape = cls(float(plain["variance"]), weights, float(plain["hidden_share"]))
+        numbers = np.array([shape.variance, shape.hidden_share, *weights])
+        if len(weights) % 2 != 1 or not np.all(abs(numbers) < WIDEST) or not 0.0 <= shape.hidden_share <= 1.0:
+            raise ValueError("no shape of a filter")
+        return shape
 
     def plain(self) -> dict[str, Any]:
         """Return numbers and lists, for JSON."""

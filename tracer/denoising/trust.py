@@ -1,11 +1,11 @@
 """Which part of what a denoiser took away was no noise, and is given back.
 
-Of two pictures with independent errors the mixture of least squared error weighs each by the squared error of the other
-one. The residual, the noisy picture minus the denoised one, has the squared errors of both. So what of it is more than
-noise may be is the denoiser's error, on average over some pixels, or in a single one where it is more by far. Where
-noise may be the part q of a residual, q^1.5 of it is taken, and not q, as the noise is more likely to be less than
-more. And a part is given back in any case, the more, the more samples there are: noise falls, while the error of a
-denoiser stays.
+The best mixture of two pictures with independent errors weighs each picture by the squared error of the other. The
+residual, which is the noisy picture minus the denoised one, contains the squared errors of both. So the part of its
+square that cannot be noise is the denoiser's error. It is measured over the pixels around, and in a single pixel where
+it is far larger than noise. Where noise may be the part q of the square, q^1.5 of the residual is taken and not q, as
+noise is more likely to be less than it may be. And a small part is given back in any case. It grows with the number of
+samples, as noise falls with them and the error of a denoiser hardly does.
 """
 
 from __future__ import annotations
@@ -14,17 +14,17 @@ import numpy as np
 from scipy.ndimage import uniform_filter
 
 from tracer.core.arrays import Singles
-from tracer.denoising.noise import FEW, WINDOW
+from tracer.denoising.noise import FEW, TINY, WINDOW
 
-SURE = 9.0
-"""A single pixel is believed, against its surroundings, from this multiple of its possible noise on."""
-MOST = 8.0
+ALONE = 9.0
+"""Multiple of its possible noise from which on the square of a single pixel's residual is more than noise, whatever is
+around it."""
+MOST_DEVIATIONS = 8.0
 """Largest residual, in standard deviations of expected noise, that counts for other pixels."""
-PRIOR, PRIOR_RATE = 0.05, 0.7
-"""PRIOR: squared error of the denoised picture over that of the noisy one after FEW samples, by which something is
-given back in any case. PRIOR_RATE: power of the number of samples with which it rises."""
-TINY = np.float32(1e-20)
-"""Squared error that divides nothing."""
+PRIOR_ERROR = 0.05
+"""Squared error of a denoised picture over that of the noisy one, after FEW samples, that is expected in any case."""
+PRIOR_RATE = 0.7
+"""Power of the number of samples with which PRIOR_ERROR rises."""
 
 
 def kept_share(residual: Singles, noise: Singles, ratio: Singles, count: Singles) -> Singles:
@@ -34,9 +34,9 @@ def kept_share(residual: Singles, noise: Singles, ratio: Singles, count: Singles
     errors may exceed that and still be noise; ``count`` (H, W): samples.
     """
     squared = np.einsum("hwc,hwc->hw", residual, residual) / (3 * np.maximum(noise, TINY))
-    around = uniform_filter(np.minimum(squared, np.float32(MOST**2)), WINDOW, mode="nearest")
+    around = uniform_filter(np.minimum(squared, np.float32(MOST_DEVIATIONS**2)), WINDOW, mode="nearest")
     noise_part = np.minimum(ratio / np.maximum(around, TINY), 1.0)
-    taken = np.minimum(noise_part * np.sqrt(noise_part), np.float32(SURE) * ratio / np.maximum(squared, TINY))
-    prior = np.float32(PRIOR) * (count / np.float32(FEW)) ** np.float32(PRIOR_RATE)
+    taken = np.minimum(noise_part * np.sqrt(noise_part), np.float32(ALONE) * ratio / np.maximum(squared, TINY))
+    prior = np.float32(PRIOR_ERROR) * (count / np.float32(FEW)) ** np.float32(PRIOR_RATE)
     share: Singles = 1.0 - taken / (1.0 + prior)
     return share

@@ -21,8 +21,7 @@ from tracer.scene.view import View
 
 MOST = 32
 """Most rays per pixel by default. The albedo of the bundled scenes is then off by 0.001 to 0.004 and the normal by
-0.002 to 0.006 (RMS); 128 rays improve denoised pictures by 2 % in squared error. In pictures of a megapixel the rays
-take 5 to 15 % of the time of 64 paths per pixel; unfiltered, 3 to 12 %."""
+0.002 to 0.006 (RMS). In pictures of a megapixel the rays take 5 to 15 % of the time of 64 paths per pixel."""
 
 
 @dataclass(frozen=True)

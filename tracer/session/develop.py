@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.core.arrays import Singles
-from tracer.denoising.postprocess import look_for_denoiser, see, without_noise
+from tracer.denoising.postprocess import draw_denoising_features, see, without_noise
 from tracer.denoising.refilter import FilterShape
 from tracer.film import bias
 from tracer.result import Result
@@ -53,8 +53,8 @@ def develop(rendering: Rendering, features: bool, denoise: bool) -> Result:
     if denoise:
         noisy = bright[..., : view.colour_channels]
         with recorder.timing("seconds_denoising"):
-            seen_by_pixel = state.features or look_for_denoiser(*drawn)
-            clean = without_noise(view, FilterShape.of(view.film.rfilter()), seen_by_pixel, image, statistics)
+            denoising_features = state.features or draw_denoising_features(*drawn)
+            clean = without_noise(view, FilterShape.of(view.film.rfilter()), denoising_features, image, statistics)
         bright = bias.with_lost_light(view, clean, stderr, statistics, unbiased)
     report.elsewhere = rendering.drawer.describe()
     report.describe(view, statistics, state.done, schedule.noise)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from tracer.core import backend
+from tracer.core.arrays import Singles
 from tracer.denoising.oidn import load as load_denoiser
 from tracer.denoising.postprocess import without_noise
 from tracer.denoising.refilter import FilterShape
@@ -44,8 +45,9 @@ def merge(paths: Sequence[Path], output: Path | None = None, denoise: bool = Fal
     variant = backend.activate(first.identity["variant"])
     if other := differences({"variant": variant}, {"variant": first.identity["variant"]}):
         raise CheckpointError(f"'{paths[0]}' cannot be merged here: {other[0]}.")
-    total, means, views = sums(first), [], [features_in(first)]
+    total, means, features, shape = sums(first), [], MeanFeatures(), filter_shape(first)
     means.append(unbiased_mean(first, total))
+    features.add(first)
     sources, done = list(first.sources), int(first.plain["done"])
     for path in paths[1:]:
         stored = checkpoint.read(path)
@@ -58,18 +60,19 @@ def merge(paths: Sequence[Path], output: Path | None = None, denoise: bool = Fal
             )
         estimate = sums(stored)
         means.append(unbiased_mean(stored, estimate))
-        views.append(features_in(stored))
+        features.add(stored)
         total.merge(estimate)
         sources += stored.sources
         done += int(stored.plain["done"])
-    unbiased, features = merged_means(means), mean_features(views)
+    unbiased = merged_means(means)
     whole = replace(first, sources=sources, plain={"done": done})
     if output is not None:
-        arrays = {f"estimate.{k}": array for k, array in enumerate(total.state())} | packed_features(features)
+        arrays = {f"estimate.{k}": array for k, array in enumerate(total.state())} | packed_features(features.mean)
         if unbiased is not None:
             arrays |= {f"unbiased.{name}": array for name, array in vars(unbiased).items()}
         checkpoint.write(replace(whole, path=output, arrays=arrays))
-    return picture(total, unbiased, whole, features if denoise else None, start), whole
+    result = picture(total, unbiased, whole, start)
+    return (denoised(result, total, unbiased, shape, features.mean, start) if denoise else result), whole
 
 
 def unbiased_mean(stored: Checkpoint, total: Estimate) -> tuple[UnbiasedMean | None, Statistics]:
@@ -94,24 +97,30 @@ def damaged(stored: Checkpoint) -> CheckpointError:
     return CheckpointError(f"'{stored.path}' is a damaged checkpoint; render it anew.")
 
 
-def features_in(stored: Checkpoint) -> Features:
-    """Return what is seen in each pixel, as a checkpoint has it. Raises CheckpointError."""
-    try:
-        features = features_of(stored.arrays)
-    except TypeError:
-        features = None
-    if features is None:
-        raise damaged(stored)
-    return features
+class MeanFeatures:
+    """Mean of what is seen in each pixel over some renders of one picture: other seeds have other rays."""
 
+    def __init__(self) -> None:
+        self.totals: dict[str, Singles] = {}
+        self.renders = 0
 
-def mean_features(views: list[Features]) -> Features:
-    """Return the mean of features of one picture: other seeds had other rays."""
-    albedo, normal, depth = (
-        np.asarray(np.mean([getattr(features, name) for features in views], axis=0), np.float32)
-        for name in ("albedo", "normal", "depth")
-    )
-    return Features(albedo, normal, depth)
+    def add(self, stored: Checkpoint) -> None:
+        """Add the features of a checkpoint, which may be a merge of several renders. Raises CheckpointError."""
+        try:
+            features = features_of(stored.arrays)
+        except TypeError:
+            features = None
+        if features is None:
+            raise damaged(stored)
+        for name, array in vars(features).items():
+            share = np.float32(len(stored.sources)) * array
+            self.totals[name] = self.totals[name] + share if self.renders else share
+        self.renders += len(stored.sources)
+
+    @property
+    def mean(self) -> Features:
+        """The mean over all renders."""
+        return Features(**{name: total / np.float32(self.renders) for name, total in self.totals.items()})
 
 
 def merged_means(means: list[tuple[UnbiasedMean | None, Statistics]]) -> UnbiasedMean | None:
@@ -158,13 +167,30 @@ def filter_shape(stored: Checkpoint) -> FilterShape:
         raise damaged(stored) from None
 
 
-def picture(
-    total: Estimate, unbiased: UnbiasedMean | None, whole: Checkpoint, features: Features | None, start: float
+def denoised(
+    result: Result,
+    total: Estimate,
+    unbiased: UnbiasedMean | None,
+    shape: FilterShape,
+    features: Features,
+    start: float,
 ) -> Result:
-    """Return the result of a merged estimate, denoised with ``features`` if they are given.
+    """Return the result of a merged estimate without its noise; for ``start`` see ``picture``. Raises DenoiseError."""
+    frame, before = total.view, time.perf_counter()
+    image, stderr = total.develop()
+    statistics = total.statistics()
+    clean = without_noise(frame, shape, features, image, statistics)
+    result.report.seconds_denoising = time.perf_counter() - before
+    return replace(
+        result,
+        image=bias.with_lost_light(frame, clean, stderr, statistics, unbiased),
+        noisy=result.image[..., : frame.colour_channels],
+        seconds=time.perf_counter() - start,
+    )
 
-    ``start``: when the merge began, by ``time.perf_counter``.
-    """
+
+def picture(total: Estimate, unbiased: UnbiasedMean | None, whole: Checkpoint, start: float) -> Result:
+    """Return the result of a merged estimate. ``start``: when the merge began, by ``time.perf_counter``."""
     frame = total.view
     image, stderr = total.develop()
     statistics = total.statistics()
@@ -177,12 +203,6 @@ def picture(
         report.note(absent)
     report.describe(frame, statistics, whole.plain["done"], None)
     report.light_given_back = bias.part_of(right - image, image, frame.colour_channels)
-    noisy = None
-    if features is not None:
-        noisy, before = right[..., : frame.colour_channels], time.perf_counter()
-        clean = without_noise(frame, filter_shape(whole), features, image, statistics)
-        right = bias.with_lost_light(frame, clean, stderr, statistics, unbiased)
-        report.seconds_denoising = time.perf_counter() - before
     nothing = np.zeros(frame.size, np.float32)
     return Result(
         image=right,
@@ -191,7 +211,7 @@ def picture(
         complexity=nothing,
         importance=nothing,
         cost=statistics.rays[frame.inner],
-        noisy=noisy,
+        noisy=None,
         seen=None,
         channels=list(frame.channels),
         window=frame.window,

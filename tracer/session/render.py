@@ -14,7 +14,7 @@ from tracer.adaptive.importance_map import importance_weights
 from tracer.adaptive.schedule import Schedule
 from tracer.adaptive.stopping import Clock
 from tracer.denoising.oidn import load as load_denoiser
-from tracer.denoising.postprocess import look_for_denoiser
+from tracer.denoising.postprocess import draw_denoising_features
 from tracer.errors import ClusterError
 from tracer.io import exr
 from tracer.result import Report, Result
@@ -107,7 +107,7 @@ def begun(
         recorder.begin(state, remarks)
         if keeper is not None and state.features is None:
             with recorder.timing("seconds_features"):
-                state.features = look_for_denoiser(view, make_sampler(), settings.seed)
+                state.features = draw_denoising_features(view, make_sampler(), settings.seed)
         planner = Planner(view, settings, criterion, weights, FirstLook(view, settings, recorder), recorder)
         if criterion.needs_radiance and len(schedule.goals) == 1:
             recorder.report.note(

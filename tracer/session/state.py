@@ -49,7 +49,7 @@ class State:
     """(grid): with which each pixel had a sample in the last round; None where that was not left to chance."""
     meter: NoiseMeter = field(default_factory=NoiseMeter)
     features: Features | None = None
-    """What is seen in each pixel, for who denoises what a checkpoint holds without its scene; None if nobody asked."""
+    """What is seen in each pixel, so that a merge, which has no scene, can be denoised; None without a checkpoint."""
     rounds: list[Round] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 

@@ -47,6 +47,7 @@ def ratio(results: Results, scene: str, budget: str, names: tuple[str, str], err
     if not seeds:
         return None
     noisy, denoised = ([errors[seed] for seed in seeds] for errors in by_method)
+    # The gain of the noisy picture over the denoised one, which is above 1 where denoising harms.
     return gain(noisy, denoised, np.ones(len(seeds)), key=zlib.crc32(f"{scene} {budget}".encode()))
 
 

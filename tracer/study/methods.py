@@ -121,7 +121,7 @@ class Studio:
             # Mitsuba leaves the sampler's last state scheduled: the next evaluation, in another method's time, would
             # trace the whole picture again to compute that state. Seeding replaces it.
             sensor_sampler.seed(0, 1)
-            # The film keeps its sums, four numbers per pixel: a recording would take them for the width of a pass of
+            # The film keeps its sums, some numbers per pixel: a recording would take them for the width of a pass of
             # four samples per pixel, and would be made once more for the next pass.
             film.clear()
             counts = np.full(view.size, used_spp, np.float32)
@@ -140,6 +140,7 @@ class StockDenoiser:
     def __init__(self, view: View) -> None:
         """Raises DenoiseError if there is no denoiser."""
         self.view, self.oidn = view, load_denoiser()
+        self.device = self.oidn.Device(self.oidn.DeviceType.CPU)  # as ours
         self.features = mi.load_dict({"type": "aov", "aovs": "albedo:albedo,normal:sh_normal"})
 
     def denoise(self, image: Singles, seed: int, spp: int) -> Singles:
@@ -148,7 +149,7 @@ class StockDenoiser:
         features = np.array(self.features.render(view.scene, sensor=view.sensor, seed=seed, spp=spp))[..., -6:]
         albedo, normal = (np.ascontiguousarray(part) for part in (features[..., :3], features[..., 3:]))
         colour = np.ascontiguousarray(image, np.float32)
-        return np.asarray(self.oidn.denoise(colour, albedo, normal, hdr=True), np.float32)
+        return np.asarray(self.oidn.denoise(colour, albedo, normal, hdr=True, device=self.device), np.float32)
 
 
 def borrow_sensor(setting: Setting, sampler: str) -> Any:

@@ -204,6 +204,7 @@ def legend(results: Results) -> str:
         "fall with its time at the rate that its budgets show. of oracle: log(gain) over log(limit), which is what "
         "an oracle gained that had measured every pixel beforehand, or 1 + CV² of the variance of samples where the "
         "study has no oracle; only where it is above 1.1. "
+        "denoised over noisy: ratio of mean errors over seeds, so less than 1 where denoising helps. "
         "From MSE and relMSE that of the reference, known from its halves, is subtracted. "
         f"{CLOSE_MARK}: the error is less than ten times that of the reference (RMS). "
         f"{UNPAIRED_MARK}: some times were not measured next to the baseline's.\n"
