@@ -10,7 +10,6 @@ as its mean.
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import uniform_filter
 
 from tracer.core.arrays import Mask, Singles
 from tracer.denoising.neighbours import blurred, extreme
@@ -41,7 +40,7 @@ def is_certain(grey: Singles, squared_errors: Singles, count: Singles) -> Mask:
     over colours; ``count`` (H, W): samples. The edge of a lamp, which few samples of a pixel see, is certain with its
     lamp.
     """
-    mean, error = uniform_filter(grey, 3, mode="nearest"), uniform_filter(squared_errors, 3, mode="nearest")
+    mean, error = blurred(grey, 1 / 3), blurred(squared_errors, 1 / 3)  # over 3 x 3 pixels
     mask: Mask = (count >= LEAST_COUNT) & (9.0 * np.square(mean) >= CERTAIN**2 * error)
     return mask
 

@@ -21,9 +21,9 @@ SMALL = 32
 LEAST_MEMORY, MOST_MEMORY, PIXEL_MEMORY = 256, 1024, 0.0006
 """Megabytes that Open Image Denoise may take, about: PIXEL_MEMORY per pixel, from LEAST_MEMORY to MOST_MEMORY in all.
 For larger pictures it works in tiles, which leave the result the same to the bit and take hardly more time."""
-MOST_KEPT = 1 << 17
-"""Most pixels for which a filter is kept for the next picture. To make one takes as long as to denoise 10^4 pixels, and
-it holds 100 MB for this many."""
+MOST_KEPT = 3 << 17
+"""Most pixels for which a filter is kept for the next picture. To make one takes a tenth of the time of denoising
+512 x 512 pixels, and it holds 600 bytes for each."""
 
 Shape = tuple[tuple[int, ...], tuple[str, ...]]
 """Shape and names of the images of a filter."""
