@@ -122,7 +122,7 @@ def read_samples(path):
     return values[..., names.index("samples.Y")], own
 
 
-def test_a_farm_renders_parts_and_merges_them(tracer_program, scene_file, tmp_path):
+def test_a_farm_renders_parts_and_merges_them(tracer_program, scene_file, tmp_path, monkeypatch):
     scene = scene_file(LIT + '<shape type="sphere"><point name="center" x="0" y="0" z="4"/></shape>')
     parts = [tmp_path / f"{seed}.ckpt" for seed in (1, 2)]
     for seed, part in enumerate(parts, 1):
@@ -140,6 +140,14 @@ def test_a_farm_renders_parts_and_merges_them(tracer_program, scene_file, tmp_pa
     everything, merged, _ = read_exr(tmp_path / "all.exr")
     assert names == ["R", "G", "B"]
     assert np.array_equal(values, merged[..., [everything.index(name) for name in names]])
+    assert tracer_program("merge", *parts, "-o", tmp_path / "denoised.exr", "--denoise", "-q")[0] == 0
+    names, values, _ = read_exr(tmp_path / "denoised.exr")
+    noisy = values[..., [names.index(f"noisy.{channel}") for channel in "RGB"]]
+    assert np.array_equal(noisy, merged[..., [everything.index(channel) for channel in "RGB"]])
+    monkeypatch.setitem(sys.modules, "mitsuba_oidn", None)
+    code, _, err = tracer_program("merge", *parts, "-o", tmp_path / "never.exr", "--denoise")
+    assert (code, "mitsuba-oidn" in err) == (2, True)
+    assert not (tmp_path / "never.exr").exists()
 
 
 def test_a_checkpoint_is_resumed_to_a_larger_budget(tracer_program, scene_file, tmp_path):

@@ -219,7 +219,10 @@ def test_a_camera_that_prints_alike_is_another_one(cornell, tmp_path):
         tracer.render(scene, sensor=far, spp=8, checkpoint=path, resume=True)
 
 
-@pytest.mark.parametrize("name", ["before.mean", "before.count", "unbiased.total", "unbiased.weight", "chance"])
+SHAPED = ["before.mean", "before.count", "unbiased.total", "unbiased.weight", "chance", "features.albedo"]
+
+
+@pytest.mark.parametrize("name", SHAPED)
 @pytest.mark.parametrize("shape", [lambda array: array[..., None], lambda array: array[:-1], lambda array: array[0]])
 def test_an_array_of_another_shape_is_damage(cornell, tmp_path, name, shape):
     path = tmp_path / "state.ckpt"

@@ -1,10 +1,13 @@
 """Merged checkpoints are the mean of their pictures by counts; the same samples twice are refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import tracer
 from tracer.errors import CheckpointError
+from tracer.session import checkpoint
 from tracer.session.merge import merge
 
 
@@ -76,8 +79,8 @@ def test_a_merge_is_denoised_like_a_render(cornell, tmp_path):
     assert np.array_equal(alone.image, rendered.image)
     assert np.array_equal(alone.noisy, rendered.noisy)
     paths = [tmp_path / f"{seed}.ckpt" for seed in range(3)]
-    for seed, checkpoint in enumerate(paths):
-        tracer.render(scene, spp=8, seed=seed, checkpoint=checkpoint)  # nobody has asked for denoising yet
+    for seed, part_path in enumerate(paths):
+        tracer.render(scene, spp=8, seed=seed, checkpoint=part_path)  # nobody has asked for denoising yet
     at_once, _ = merge(paths, denoise=True)
     reference = tracer.render(scene, spp=1024, seed=9, criterion="uniform").image
     errors = [np.mean((image - reference[..., :3]) ** 2) for image in (at_once.image[..., :3], at_once.noisy)]
@@ -86,3 +89,33 @@ def test_a_merge_is_denoised_like_a_render(cornell, tmp_path):
     in_steps, _ = merge([tmp_path / "two.ckpt", paths[2]], denoise=True)
     assert in_steps.noisy == pytest.approx(at_once.noisy, rel=1e-5, abs=1e-7)
     assert in_steps.image == pytest.approx(at_once.image, rel=1e-3, abs=1e-4)
+
+
+@pytest.mark.parametrize("denoise", [False, True])
+def test_a_merge_misses_what_denoising_needs(cornell, tmp_path, denoise):
+    pytest.importorskip("mitsuba_oidn")
+    path = tmp_path / "one.ckpt"
+    part(cornell, path, 1)
+    stored = checkpoint.read(path)
+    without = {name: array for name, array in stored.arrays.items() if not name.startswith("features.")}
+    wrong = {**stored.frame, "filter": {**stored.frame["filter"], "variance": float("nan")}}
+    for damaged in (replace(stored, arrays=without), replace(stored, frame=wrong)):
+        checkpoint.write(damaged)
+        with pytest.raises(CheckpointError, match="damaged"):
+            merge([path], denoise=denoise)
+
+
+def test_a_merge_counts_as_many_renders_as_it_has(cornell, tmp_path):
+    """Features of three renders, two of which were merged before, are those of all three at once."""
+    paths = [tmp_path / f"{seed}.ckpt" for seed in range(3)]
+    for seed, path in enumerate(paths):
+        part(cornell, path, seed)
+    merge(paths, tmp_path / "all.ckpt")
+    merge(paths[:2], tmp_path / "two.ckpt")
+    merge([tmp_path / "two.ckpt", paths[2]], tmp_path / "steps.ckpt")
+    at_once, in_steps, alone = (
+        checkpoint.read(tmp_path / name).arrays for name in ("all.ckpt", "steps.ckpt", "0.ckpt")
+    )
+    for name in ("features.albedo", "features.normal"):
+        assert in_steps[name] == pytest.approx(at_once[name], abs=1e-6)
+        assert not np.array_equal(alone[name], at_once[name])
