@@ -51,9 +51,7 @@ def test_frames_of_a_slow_move_do_not_flicker_more_than_noisy_ones():
     for spp in (8, 64):
         pictures = frames(spp, denoise=True)
         noisy, denoised = (
-            np.mean(
-                [np.mean(np.diff([second - first for first, second in zip(truth, kind, strict=True)], axis=0) ** 2)]
-            )
+            np.mean(np.diff([picture - right for right, picture in zip(truth, kind, strict=True)], axis=0) ** 2)
             for kind in ([frame.noisy for frame in pictures], [frame.rgb for frame in pictures])
         )
         assert denoised < noisy, spp
