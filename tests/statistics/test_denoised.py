@@ -1,4 +1,4 @@
-"""Denoised pictures of whole scenes are never worse than noisy ones, keep their light, and flicker less."""
+"""Denoised pictures of whole scenes are no worse than noisy ones, keep their light, and flicker less."""
 
 from importlib.resources import files
 from pathlib import Path
@@ -17,7 +17,10 @@ pytest.importorskip("mitsuba_oidn")
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["many_lights", "thin_rods", "glass_caustic", "window_interior"])
 def test_denoised_is_no_worse_than_noisy(name):
-    """At 8 and 128 samples per pixel; the reference's own error is below a tenth of that at 128."""
+    """At 8 and 128 samples per pixel; the reference's own error is below a tenth of that at 128.
+
+    The ratio over three seeds scatters by about 2 %, so a true ratio of 1 exceeds 1.06 about once in 10^3 runs.
+    """
     path = SCENES / f"{name}.xml"
     reference = tracer.render(path, size=64, spp=4096, criterion="uniform", seed=99).rgb
     for spp in (8, 128):
