@@ -68,11 +68,11 @@ def need(frame: Frame, settings: Settings, features: bool = False, denoise: bool
         pixel += 16 * channels + 4 * footprint  # the sums of those held out
     if features:
         pixel += FEATURES + PIXEL_FOOTPRINT * footprint * (FEATURE_CHANNELS + 1) / (channels + 1)
+    if denoise or keeps:  # a checkpoint has what denoising needs
+        pixel += FEATURES
     pixels = pixel * frame.pixel_count
-    if keeps and not denoise:  # a checkpoint has what denoising needs
-        pixels += FEATURES * frame.pixel_count
     if denoise:
-        pixels += FEATURES * frame.pixel_count + 1e6 * min(LEAST_MEMORY + PIXEL_MEMORY * frame.pixel_count, MOST_MEMORY)
+        pixels += 1e6 * min(LEAST_MEMORY + PIXEL_MEMORY * frame.pixel_count, MOST_MEMORY)
     return Need(resident(), pixels, SAMPLE + SAMPLE_CHANNEL * channels)
 
 

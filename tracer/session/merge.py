@@ -71,8 +71,7 @@ def merge(paths: Sequence[Path], output: Path | None = None, denoise: bool = Fal
         if unbiased is not None:
             arrays |= {f"unbiased.{name}": array for name, array in vars(unbiased).items()}
         checkpoint.write(replace(whole, path=output, arrays=arrays))
-    result = picture(total, unbiased, whole, start)
-    return (denoised(result, total, unbiased, shape, features.mean, start) if denoise else result), whole
+    return picture(total, unbiased, whole, (shape, features.mean) if denoise else None, start), whole
 
 
 def unbiased_mean(stored: Checkpoint, total: Estimate) -> tuple[UnbiasedMean | None, Statistics]:
@@ -167,30 +166,18 @@ def filter_shape(stored: Checkpoint) -> FilterShape:
         raise damaged(stored) from None
 
 
-def denoised(
-    result: Result,
+def picture(
     total: Estimate,
     unbiased: UnbiasedMean | None,
-    shape: FilterShape,
-    features: Features,
+    whole: Checkpoint,
+    denoise_by: tuple[FilterShape, Features] | None,
     start: float,
 ) -> Result:
-    """Return the result of a merged estimate without its noise; for ``start`` see ``picture``. Raises DenoiseError."""
-    frame, before = total.view, time.perf_counter()
-    image, stderr = total.develop()
-    statistics = total.statistics()
-    clean = without_noise(frame, shape, features, image, statistics)
-    result.report.seconds_denoising = time.perf_counter() - before
-    return replace(
-        result,
-        image=bias.with_lost_light(frame, clean, stderr, statistics, unbiased),
-        noisy=result.image[..., : frame.colour_channels],
-        seconds=time.perf_counter() - start,
-    )
+    """Return the result of a merged estimate. Raises DenoiseError.
 
-
-def picture(total: Estimate, unbiased: UnbiasedMean | None, whole: Checkpoint, start: float) -> Result:
-    """Return the result of a merged estimate. ``start``: when the merge began, by ``time.perf_counter``."""
+    ``denoise_by``: what denoising needs, None if the picture is to stay noisy; ``start``: when the merge began, by
+    ``time.perf_counter``.
+    """
     frame = total.view
     image, stderr = total.develop()
     statistics = total.statistics()
@@ -203,6 +190,12 @@ def picture(total: Estimate, unbiased: UnbiasedMean | None, whole: Checkpoint, s
         report.note(absent)
     report.describe(frame, statistics, whole.plain["done"], None)
     report.light_given_back = bias.part_of(right - image, image, frame.colour_channels)
+    noisy = None
+    if denoise_by is not None:
+        noisy, before = right[..., : frame.colour_channels], time.perf_counter()
+        clean = without_noise(frame, *denoise_by, image, statistics)
+        right = bias.with_lost_light(frame, clean, stderr, statistics, unbiased)
+        report.seconds_denoising = time.perf_counter() - before
     nothing = np.zeros(frame.size, np.float32)
     return Result(
         image=right,
@@ -211,7 +204,7 @@ def picture(total: Estimate, unbiased: UnbiasedMean | None, whole: Checkpoint, s
         complexity=nothing,
         importance=nothing,
         cost=statistics.rays[frame.inner],
-        noisy=None,
+        noisy=noisy,
         seen=None,
         channels=list(frame.channels),
         window=frame.window,
