@@ -22,6 +22,7 @@ except ImportError:
     raise ClusterError(f"Workers need Dask distributed; install it, {install_command('cluster')}.") from None
 
 from tracer.cluster.bundle import Bundle, pack
+from tracer.cluster.event_loop import event_loop
 from tracer.cluster.round_policy import silent_workers
 from tracer.cluster.worker_scene import THREADS
 from tracer.cluster.worker_setup import Setup, require_same, software
@@ -125,6 +126,7 @@ def own_cluster(workers: int) -> Iterator[Any]:
         "distributed.scheduler.active-memory-manager.start": False,
     }
     with (
+        event_loop() as loop,
         dask.config.set(settings),
         distributed.LocalCluster(
             n_workers=workers,
@@ -136,6 +138,7 @@ def own_cluster(workers: int) -> Iterator[Any]:
             worker_dashboard_address="127.0.0.1:0",
             memory_limit=0,  # else workers pause without a message when they hold much memory
             silence_logs=logging.CRITICAL,
+            loop=loop,
             preload="tracer.cluster.shield",
         ) as cluster,
     ):
@@ -145,21 +148,22 @@ def own_cluster(workers: int) -> Iterator[Any]:
 @contextmanager
 def connected(cluster: Any) -> Iterator[Any]:
     """Connect to a scheduler, given as a cluster, an address, or the file with its address. Raises ClusterError."""
-    try:
-        if isinstance(cluster, str) and Path(cluster).is_file():
-            where = {"scheduler_file": cluster}
-        else:
-            if isinstance(cluster, str):
-                get_backend(parse_address(cluster, strict=True)[0])  # else the client would wait for a wrong address
-            where = {"address": cluster}
-        client = distributed.Client(**where, timeout=LONGEST_WAIT, set_as_default=False)
-    except (OSError, TimeoutError, ValueError, TypeError) as error:
-        said = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise ClusterError(f"Cannot connect to the scheduler '{cluster}': {said}.") from None
-    try:
-        yield client
-    finally:
-        close(client)
+    with event_loop() as loop:
+        try:
+            if isinstance(cluster, str) and Path(cluster).is_file():
+                where = {"scheduler_file": cluster}
+            else:
+                if isinstance(cluster, str):
+                    get_backend(parse_address(cluster, strict=True)[0])  # the client would wait for a wrong address
+                where = {"address": cluster}
+            client = distributed.Client(**where, timeout=LONGEST_WAIT, set_as_default=False, loop=loop)
+        except (OSError, TimeoutError, ValueError, TypeError) as error:
+            said = str(error).splitlines()[0] if str(error) else type(error).__name__
+            raise ClusterError(f"Cannot connect to the scheduler '{cluster}': {said}.") from None
+        try:
+            yield client
+        finally:
+            close(client)
 
 
 def close(client: Any) -> None:
