@@ -7,6 +7,7 @@ import pytest
 from tracer.denoising import mixture as module
 from tracer.denoising.mixture import HALO, Pictures, mixture
 from tracer.denoising.refilter import FilterShape
+from tracer.denoising.trust import SEEN
 
 SIZE = (96, 128)
 BOX = FilterShape(1 / 12, (1.0,), 0.0)
@@ -27,7 +28,8 @@ def pictures(noise, error, samples=32, seed=0):
 def test_it_is_about_as_good_as_the_better_one(noise, error):
     truth, known = pictures(noise, error)
     errors = [np.mean((image - truth) ** 2) for image in (known.noisy, known.clean, mixture(known, BOX))]
-    assert errors[2] <= 1.2 * min(errors[:2]) + 0.05 * noise**2
+    unseen = (SEEN * 0.5) ** 2  # noise as weak as this may stay
+    assert errors[2] <= 1.2 * min(errors[:2]) + 0.05 * noise**2 + unseen
 
 
 @pytest.mark.parametrize("name", ["box", "gaussian", "lanczos"])

@@ -92,12 +92,12 @@ def mixed_rows(rows: Pictures, shape: FilterShape, typical: Typical) -> Singles:
     noise = expected_noise(grey_mean, grey_clean, grey_error, rows.count, typical.median)
     ratio = possible_ratio(rows.count, edge_share(grey_clean, noise, rows.count))
     taken = rows.mean - rows.clean
-    taken *= kept_share(taken, noise, ratio, rows.count)[..., None]
+    taken *= kept_share(taken, noise, ratio, rows.count, grey_clean)[..., None]
     result = refilter(rows.clean + taken, shape)
     if shape.hidden_share > 0.0:
         detail = rows.noisy - refilter(rows.mean, shape)
         detail_noise = np.float32(shape.hidden_share) * filtered_variance(noise, shape)
-        result += kept_share(detail, detail_noise, ratio, rows.count)[..., None] * detail
+        result += kept_share(detail, detail_noise, ratio, rows.count, grey_clean)[..., None] * detail
     certain = is_certain(grey_mean, grey_error, rows.count)
     glare = find_glare(grey(rows.noisy, LARGEST), certain, typical.bright)
     result[glare] = rows.noisy[glare]
