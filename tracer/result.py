@@ -69,8 +69,12 @@ class Report:
     """Seconds of tracing pilot rays."""
     seconds_deciding: float = 0.0
     """Seconds of computing importance and allocation."""
+    seconds_adding: float = 0.0
+    """Seconds of adding samples to the sums of their pixels."""
     seconds_statistics: float = 0.0
-    """Seconds of adding samples to the estimate and developing the image."""
+    """Seconds of computing, before each decision, what is known of the pixels."""
+    seconds_developing: float = 0.0
+    """Seconds of making the picture from the sums, at the end and wherever its noise is measured."""
     elsewhere: dict[str, Any] = field(default_factory=dict)
     """For a render on workers: how many there were at the end, units, and bytes that travelled. Else empty."""
     seconds_features: float = 0.0

@@ -122,7 +122,7 @@ def test_time_is_that_of_all_workers_together(cluster):
     whole = unit(0, size=PIXELS)
     cluster.scheduler.messages.hear = lambda: [answer(cluster.sent.requests[0], samples=9, seconds=6.0, drawing=3.0)]
     (told,) = cluster.scheduler.carry_out(cluster.estimate, [whole])
-    assert (told.samples, told.seconds_drawing, told.seconds_adding) == (9, 1.0, 1.0)
+    assert (told.samples, told.drawing.wall, told.adding.wall) == (9, 1.0, 1.0)
 
 
 def test_only_the_first_answer_is_taken_in(cluster):

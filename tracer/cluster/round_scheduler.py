@@ -21,6 +21,7 @@ from tracer.cluster.work_balancer import Region
 from tracer.cluster.worker_setup import RoundSettings, Setup, software
 from tracer.cluster.worker_task import UnitReport
 from tracer.core.arrays import Counts
+from tracer.core.stopwatch import Seconds
 from tracer.criteria import Criterion
 from tracer.errors import SceneMissingError
 from tracer.film.estimate import Estimate, Statistics
@@ -85,7 +86,7 @@ class RoundScheduler:
                     orders = policy.complete(request, report["worker"], report["seconds"], time.monotonic())
                     self.follow(orders, estimate)
                     drawing, seconds = report["drawing"] / len(workers), report["seconds"] / len(workers)
-                    yield Pass(report["samples"], drawing, seconds - drawing)
+                    yield Pass(report["samples"], Seconds(drawing), Seconds(seconds - drawing))
         finally:
             self.messages.cancel(futures_of(requests_of(policy.waiting)))
 

@@ -96,7 +96,7 @@ def draw_on_device(
     report = UnitReport(
         samples=sum(drawn_pass.samples for drawn_pass in passes),
         opening=opening,
-        drawing=sum(drawn_pass.seconds_drawing for drawn_pass in passes),
+        drawing=sum(drawn_pass.drawing.wall for drawn_pass in passes),
         seconds=time.perf_counter() - start,
         worker=address,
     )

@@ -23,7 +23,7 @@ def finish(rendering: Rendering, features: bool, denoise: bool) -> Result:
         rendering.keeper.save(state)
         report.unwritten += rendering.keeper.complaints
         report.notes = [*report.notes, *rendering.keeper.complaints]
-    with rendering.recorder.timing("seconds_statistics"):
+    with rendering.recorder.timing("seconds_adding"):
         state.estimate = state.estimate.here()
     if state.held_out is not None and (state.allocation is not None or not report.complete):
         state.estimate.merge(state.held_out.here())
@@ -37,9 +37,9 @@ def develop(rendering: Rendering, features: bool, denoise: bool) -> Result:
     """Return the picture and all that is known about it."""
     view, state, schedule, recorder = rendering.view, rendering.state, rendering.schedule, rendering.recorder
     settings, report = schedule.settings, recorder.report
-    with recorder.timing("seconds_statistics"):
+    with recorder.timing("seconds_developing"):
         image, stderr = state.estimate.develop()
-    statistics = state.estimate.statistics()
+        statistics = state.estimate.statistics()
     if schedule.noise is not None:  # the last round may have been cut short
         schedule.noise = state.meter.look(view, settings, image, stderr)
     entropy = rendering.planner.first_look.complexity.shape_entropy if state.looked else None

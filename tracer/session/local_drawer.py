@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -10,7 +9,9 @@ from typing import Any, Protocol
 import drjit as dr
 import mitsuba as mi
 
+from tracer.core import stopwatch
 from tracer.core.arrays import Counts
+from tracer.core.stopwatch import NO_TIME, Seconds
 from tracer.criteria import Criterion
 from tracer.film.estimate import Estimate
 from tracer.sampling import samples
@@ -21,11 +22,11 @@ from tracer.scene.view import View
 
 @dataclass(frozen=True)
 class Pass:
-    """Samples that were drawn and added to an estimate, and the seconds that took."""
+    """Samples that were drawn and added to an estimate, and how long that took."""
 
     samples: int
-    seconds_drawing: float = 0.0
-    seconds_adding: float = 0.0
+    drawing: Seconds = NO_TIME
+    adding: Seconds = NO_TIME
 
 
 class Drawer(Protocol):
@@ -86,16 +87,16 @@ class LocalDrawer:
         """Draw a line; ``first_pixel``: of the view, for which the first one of ``estimate`` stands."""
         on_device = dr.opaque(mi.UInt32, seed), dr.opaque(mi.Float, scale)
         while line.taken < line.total:
-            start = time.perf_counter()
+            start = stopwatch.read()
             window = line.take(even_pass(line.total - line.taken, self.pass_size, self.largest_pass))
             pixel, index = lane_pixels(window, first_pixel)
             drawn = self.record(on_device[0], pixel, index, on_device[1])
             dr.sync_thread()
-            drawing = time.perf_counter() - start
-            self.pass_size = next_pass_size(window.lane_count / drawing)
+            drawing = stopwatch.read() - start
+            self.pass_size = next_pass_size(window.lane_count / drawing.wall)
             estimate.add(window, drawn)
             dr.sync_thread()
-            yield Pass(window.sample_count, drawing, time.perf_counter() - start - drawing)
+            yield Pass(window.sample_count, drawing, stopwatch.read() - start - drawing)
 
     def describe(self) -> dict[str, Any]:
         """Return nothing: it is all here."""

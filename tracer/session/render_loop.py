@@ -93,7 +93,7 @@ class Rendering:
     def measure_noise(self, anew: bool) -> None:
         """Find how noisy the picture is, ``anew`` if it has changed since that was last found."""
         state, settings = self.state, self.schedule.settings
-        with self.recorder.timing("seconds_statistics"):
+        with self.recorder.timing("seconds_developing"):
             image, stderr = state.estimate.develop()
         if anew:
             state.meter.follow(self.view, settings, image, stderr, state.estimate.samples())
@@ -102,7 +102,7 @@ class Rendering:
 
     def rehearse(self) -> None:
         """Develop the picture twice: that compiles what it needs, and then tells how much time to keep for the end."""
-        with self.recorder.timing("seconds_statistics"):
+        with self.recorder.timing("seconds_developing"):
             self.state.estimate.develop()
             start = time.perf_counter()
             self.state.estimate.develop()
