@@ -20,11 +20,14 @@ ABOUT = {
     "cluster": "Workers against one process, a model of more. 10 minutes.",
     "production": "Noise targets, limits of time, checkpoints. 30 minutes.",
     "radiosity": "Guided rays against even ones and paths. 30 minutes.",
+    "time": "Seconds of every part, beside plain mi.render. 60 minutes.",
     "viewpoint": "Measures of views, searches, fast estimates. 10 minutes.",
 }
 """For each benchmark, by its name, what it measures and how long it takes on two cores."""
 Output = Annotated[Path, typer.Option("--output", "-o", help="Folder to write to.", show_default=False)]
 Public = Annotated[Path, typer.Argument(help="Folder with the folders meshes and molecules.", show_default=False)]
+
+Scenes = Annotated[Path, typer.Argument(help="Folder with folders that have a scene.xml.", show_default=False)]
 
 
 class Reports(TyperGroup):
@@ -84,8 +87,18 @@ def viewpoint(
     perform("viewpoint", output, overwrite, quiet, public)
 
 
+def time(scenes: Scenes, output: Output, overwrite: options.Overwrite = False, quiet: options.Quiet = False) -> None:
+    """Time pictures of the bundled scenes and of those in a folder."""
+    if not any(scenes.glob("*/scene.xml")):
+        raise SceneError(f"There is no scene '{scenes}/NAME/scene.xml'; name the folder with the folders of scenes.")
+    perform("time", output, overwrite, quiet, scenes)
+
+
+WITH_FOLDER = {"time": time, "viewpoint": viewpoint}
+"""Commands that are given a folder to read."""
+
 for name, about in ABOUT.items():
-    app.command(name, help=about)(after_check(viewpoint if name == "viewpoint" else command(name)))
+    app.command(name, help=about)(after_check(WITH_FOLDER.get(name) or command(name)))
 
 
 if __name__ == "__main__":

@@ -1,0 +1,197 @@
+"""Time everything, and write the results."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks import harness
+from benchmarks.time.first_call import WAYS as FIRST_WAYS
+from benchmarks.time.first_call import first_call
+from benchmarks.time.many_shapes import write_scene
+from benchmarks.time.measure import TURNS, Case, Row, measure
+from benchmarks.time.scaling import CORES, Work, work_of
+from tracer.core import backend
+from tracer.progress import StepCallback
+from tracer.study.tables import markdown_table
+
+FILES = (harness.PAGE, harness.NUMBERS)
+"""Names of the files that this benchmark writes."""
+SHAPES = 1000
+"""Number of shapes of the scene that is made for this benchmark."""
+MADE = f"{SHAPES} shapes"
+"""Name of that scene."""
+WIDTH = 256
+"""Width of the pictures of all scenes, in pixels."""
+SPPS = (4, 16, 64, 256)
+"""Samples per pixel of the pictures of all scenes."""
+MOST_HEAVY = 64
+"""Most samples per pixel of scenes that are not bundled."""
+SIZED = ("spheres_and_rods", "window_interior", MADE)
+"""Scenes that are rendered in all sizes, and with one thread."""
+SIZES = ((128, 72), (512, 288), (1280, 720), (1920, 1080), (3840, 2160))
+"""Sizes of their pictures, (width, height)."""
+SIZED_SPP, LARGE_SPP = 16, 64
+"""Samples per pixel of these pictures, and of the largest one once more."""
+PARTS = ("pilot", "drawing", "adding", "statistics", "deciding", "developing", "rest")
+"""Parts of a render, as the report names them after ``seconds_``."""
+
+
+def report(folder: Path, progress: StepCallback, public: Path) -> None:
+    """Time everything, and write ``FILES``. Raises KeyboardInterrupt if ``progress`` stops it."""
+    with tempfile.TemporaryDirectory() as made:
+        write_scene(Path(made) / "scene.xml", SHAPES)
+        paths = {path.stem: path for path in harness.bundled_scenes()}
+        paths |= {path.parent.name: path for path in sorted(public.glob("*/scene.xml"))}
+        paths[MADE] = Path(made) / "scene.xml"
+        cases = list(all_cases(paths))
+        announce = harness.StepCounter(progress, len(cases) + len(SIZED))
+        first = []
+        for name in SIZED:
+            announce(f"{name}: first picture of a program")
+            first += [{"scene": name, "way": way, **first_call(paths[name], WIDTH, 16, way)} for way in FIRST_WAYS]
+        rows = [asdict(row) for row in measure(cases, announce)]
+    numbers = {"threads": backend.thread_count(), "first": first, "rows": rows}
+    harness.write(folder, numbers, to_page(numbers))
+
+
+def all_cases(paths: dict[str, Path]) -> Iterable[Case]:
+    """Yield what is rendered of the scenes with these names."""
+    threads = backend.thread_count()
+    bundled = {path.stem for path in harness.bundled_scenes()}
+    for name, path in paths.items():
+        for spp in SPPS:
+            if name in bundled or spp <= MOST_HEAVY:
+                yield Case(name, path, WIDTH, spp, threads)
+    for name in SIZED:
+        for size in SIZES:
+            yield Case(name, paths[name], size, SIZED_SPP, threads)
+        yield Case(name, paths[name], WIDTH, 64, 1)
+    yield Case(SIZED[0], paths[SIZED[0]], SIZES[-1], LARGE_SPP, threads)
+
+
+def to_page(numbers: dict[str, Any]) -> str:
+    """Return the results as Markdown."""
+    rows, threads = [Row(**row) for row in numbers["rows"]], numbers["threads"]
+    introduction = f"""
+{harness.written_by("time")}, on {harness.machine()}: median of
+{TURNS} pictures in every way, in turn, by seconds of the processor unless a table says otherwise."""
+    of_scenes = [row for row in rows if row.width == WIDTH and row.threads == threads]
+    adaptive = [row for row in rows if row.way == "fused" and row.threads == threads and row.spp >= SIZED_SPP]
+    sections = {
+        "The same samples": f"""
+Seconds of `mi.render` with `owen_sobol`, then what others take, over that, [least, most] of the turns. Pictures are
+{WIDTH} pixels wide.
+
+{same_samples(of_scenes)}""",
+        "Parts": f"""
+Seconds on the clock of an adaptive picture at 64 spp, {WIDTH} pixels wide, and the part of it that each part takes.
+
+{parts_table([row for row in of_scenes if row.way == "fused" and row.spp == LARGE_SPP])}""",
+        "Sizes": f"""
+As in the first table, at {SIZED_SPP} spp and for other sizes.
+
+{same_samples([row for row in rows if row.width != WIDTH and row.spp == SIZED_SPP])}""",
+        "Parts by size": f"""
+As above, for the largest picture at {LARGE_SPP} spp, too.
+
+{parts_table([row for row in rows if row.width != WIDTH and row.way == "fused"])}""",
+        "One thread": f"""
+As in the first table, with one thread at {LARGE_SPP} spp.
+
+{same_samples([row for row in rows if row.threads != threads])}""",
+        "More cores": f"""
+A model of adaptive pictures: seconds in which one of {threads} threads worked alone stay, all others are shared by as
+many cores as there are. Part of the time in which one core works alone:
+
+{cores_table(adaptive, threads)}""",
+        "The first picture of a program": f"""
+Seconds on the clock at 16 spp, {WIDTH} pixels wide, without kernels from earlier programs: opening the scene, the first
+picture, what compiling took of that, the second picture.
+
+{first_table(numbers["first"])}""",
+    }
+    return harness.page("Time", introduction, sections)
+
+
+def same_samples(rows: Sequence[Row]) -> str:
+    """Return the table of the times of all ways over those of ``mi.render`` with ``owen_sobol``."""
+    cases: dict[tuple, dict[str, Row]] = {}
+    for row in rows:
+        cases.setdefault(row.key, {})[row.way] = row
+    lines = []
+    for ways in cases.values():
+        if "owen_sobol" not in ways:
+            continue
+        base = ways["owen_sobol"]
+        lines.append(
+            [
+                base.scene,
+                str(base.shapes),
+                f"{base.width} x {base.height}",
+                str(base.spp),
+                f"{np.median(base.cpu):.2f}",
+                *(over(ways[way].cpu, base.cpu) for way in ("multijitter", "independent", "uniform", "fused")),
+                over(ways["fused"].cpu, ways["uniform"].cpu),
+            ]
+        )
+    headings = ["scene", "shapes", "size", "spp", "s", "multijitter", "independent", "uniform", "fused"]
+    return markdown_table([*headings, "fused / uniform"], lines)
+
+
+def over(values: Sequence[float], base: Sequence[float]) -> str:
+    """Return ratios turn by turn: median, least and most."""
+    ratios = np.asarray(values) / np.asarray(base)
+    return harness.middle_and_range(float(np.median(ratios)), ratios.tolist())
+
+
+def parts_table(rows: Sequence[Row]) -> str:
+    """Return the table of the parts of pictures."""
+    lines = []
+    for row in rows:
+        wall = float(np.median(row.wall))
+        shares = [100 * row.parts.get(f"seconds_{part}", (0.0, 0.0))[0] / wall for part in PARTS]
+        lines.append(
+            [
+                row.scene,
+                f"{row.width} x {row.height}",
+                str(row.spp),
+                f"{wall:.2f}",
+                *(f"{share:.1f} %" for share in shares),
+            ]
+        )
+    return markdown_table(["scene", "size", "spp", "s", *PARTS], lines)
+
+
+def cores_table(rows: Sequence[Row], threads: int) -> str:
+    """Return the table of the model."""
+    lines = []
+    for row in rows:
+        work: Work = work_of(row.parts, threads)
+        shares = [f"{100 * work.serial_share(cores):.1f} %" for cores in CORES]
+        lines.append(
+            [
+                row.scene,
+                f"{row.width} x {row.height}",
+                str(row.spp),
+                f"{work.serial:.3f}",
+                f"{work.parallel:.2f}",
+                *shares,
+            ]
+        )
+    headings = ["scene", "size", "spp", "s alone", "s shared", *(f"{cores} cores" for cores in CORES)]
+    return markdown_table(headings, lines)
+
+
+def first_table(first: Sequence[dict[str, Any]]) -> str:
+    """Return the table of first pictures."""
+    lines = [
+        [row["scene"], row["way"], *(f"{row[name]:.2f}" for name in ("opening", "first", "compiling", "second"))]
+        for row in first
+    ]
+    return markdown_table(["scene", "way", "opening", "first", "compiling", "second"], lines)
