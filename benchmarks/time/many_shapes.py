@@ -17,6 +17,7 @@ FRAME = """<scene version="3.0.0">
             <lookat origin="0, {distance}, {height}" target="0, 0, 0" up="0, 0, 1"/>
         </transform>
         <film type="hdrfilm"><integer name="width" value="1280"/><integer name="height" value="720"/></film>
+        <sampler type="independent"/>
     </sensor>
     <emitter type="constant"/>
     <shape type="sphere">
