@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -90,13 +91,30 @@ def load(source: Any, sampler: str | None = None, define: dict[str, str] | None 
     try:
         with looking_in(parsed.resolver), threads.for_files(), meshes_explained(describe(source), state):
             mi.parser.transform_all(config, state)
-            scene = mi.parser.instantiate(config, state)
+            scene = instantiate(config, state)
     except LOAD_ERRORS as error:
         raise load_error(describe(source), error) from None
     require_faces(describe(source), scene)
     if sampler is not None:
         require_samplers(source, state, scene)
     return scene
+
+
+def instantiate(config: Any, state: Any) -> Any:
+    """Make the objects of a scene, on all threads unless there are plugins in Python, with which that can deadlock."""
+    config.parallel = all(node.props.plugin_name() in native_plugins() for node in state.nodes)
+    if config.parallel:
+        try:
+            return mi.parser.instantiate(config, state)
+        except LOAD_ERRORS:  # of several errors, threads may find any one; below, it is always the first one
+            config.parallel = False
+    return mi.parser.instantiate(config, state)
+
+
+@cache
+def native_plugins() -> frozenset[str]:
+    """Return the names of the plugins that come with Mitsuba, all in C++, and of the scene itself."""
+    return frozenset({"scene", *(path.stem for path in (Path(mi.__file__).parent / "plugins").glob("*"))})
 
 
 def require_samplers(source: Any, state: Any, scene: Any) -> None:
@@ -130,7 +148,6 @@ def parse(source: str | Path | dict[str, Any], define: dict[str, str] | None = N
     the current folder.
     """
     config = mi.parser.ParserConfig(mi.variant())
-    config.parallel = False  # loading Python plugins in parallel can deadlock
     resolver = mi.FileResolver(mi.file_resolver())
     if not isinstance(source, dict):
         path = Path(source)
