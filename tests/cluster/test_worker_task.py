@@ -4,7 +4,6 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import drjit as dr
-import mitsuba as mi
 import numpy as np
 import pytest
 
@@ -39,7 +38,7 @@ def rounds(pixel_count):
 
 def drawn_here(stretches):
     with open_scene(SCENE, size=16) as view:
-        drawer = LocalDrawer(view, mi.load_dict({"type": "owen_sobol"}), None)
+        drawer = LocalDrawer(view, None)
         estimate = drawer.empty()
         for each in stretches:
             for _ in drawer.draw(estimate, *(part.reshape(view.grid) for part in (each.before, each.after)), 5, 0.25):

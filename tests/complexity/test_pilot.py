@@ -160,6 +160,15 @@ def two_cubes():
     return {name: {"type": "cube", "to_world": T().translate([x, 0, 0]) @ size} for name, x in places.items()}
 
 
+def test_no_two_faces_have_the_same_id():
+    instance, shape, face = (mi.UInt32(axis.ravel().astype(np.uint32)) for axis in np.indices((4, 40, 40)))
+    shape_id, face_id = (array.numpy() for array in pilot.surface_ids(instance, shape, face))
+    assert len(np.unique(shape_id)) == 4 * 40
+    assert len(np.unique(face_id)) == 4 * 40 * 40
+    assert pilot.MISS not in shape_id
+    assert pilot.MISS not in face_id
+
+
 def test_rays_in_slabs_are_the_same(monkeypatch):
     """Each row of blocks has rays of its own, wherever a slab begins."""
     scene = orthographic(

@@ -2,7 +2,6 @@
 
 from importlib.resources import files
 
-import mitsuba as mi
 import numpy as np
 import pytest
 from hypothesis import given
@@ -135,7 +134,7 @@ def test_the_size_of_passes_changes_no_bit_where_rays_meet_two_surfaces(seed):
     with open_scene(files("tracer.scenes") / "window_interior.xml", size=(256, 256)) as view:
         counts = np.full(view.grid, 16, np.uint32)
         for size in (1 << 20, 70_001):
-            drawer = LocalDrawer(view, mi.load_dict({"type": "owen_sobol"}), None, largest_pass=size)
+            drawer = LocalDrawer(view, None, largest_pass=size)
             estimate = drawer.empty()
             for _ in drawer.draw(estimate, 0 * counts, counts, seed, 0.25):
                 pass

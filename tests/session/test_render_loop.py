@@ -1,6 +1,7 @@
 """The loop: exact budgets, bounds, repeatability, sources, stopping."""
 
 import dataclasses
+import gc
 import weakref
 
 import drjit as dr
@@ -169,6 +170,7 @@ def test_a_render_lets_go_of_its_scene(cornell):
             render_request(Request(view, {"spp": 16}))
             views.append(weakref.ref(view))
         del view
+        gc.collect()
     assert [view() for view in views] == [None] * 3
 
 

@@ -16,7 +16,6 @@ from tracer.cluster.worker_setup import Setup
 from tracer.core import backend
 from tracer.errors import SceneMissingError
 from tracer.film.estimate import Estimate
-from tracer.sampling.samples import make_sampler
 from tracer.scene.fingerprint import fingerprint
 from tracer.scene.frame import PlainFrame
 from tracer.scene.view import open_scene
@@ -56,7 +55,7 @@ class WorkerScene:
         """Return the drawer that gathers the moments of a criterion; None: no moments."""
         if criterion not in self.drawers:
             moments = None if criterion is None else criteria.get(criterion).moments
-            self.drawers[criterion] = LocalDrawer(self.view, make_sampler(), moments)
+            self.drawers[criterion] = LocalDrawer(self.view, moments)
         return self.drawers[criterion]
 
     def strip(self, size: int, kinds: tuple[int, int]) -> Estimate:

@@ -169,12 +169,17 @@ def hits(
     """
     ray = pilot_rays(view, sampler, seed, rays, block, top, rows, columns)
     intersection = view.scene.ray_intersect_preliminary(ray, coherent=True)
-    instance, shape = numbers_hit(intersection)
-    shape_id = mix(shape + mix(instance)) | 1  # odd, so never MISS
-    face_id = mix(shape_id ^ mix(intersection.prim_index)) | 1
+    shape_id, face_id = surface_ids(*numbers_hit(intersection), intersection.prim_index)
     shape_id, face_id = (dr.select(intersection.is_valid(), number, MISS) for number in (shape_id, face_id))
     dr.eval(shape_id, face_id)
     return shape_id, face_id
+
+
+def surface_ids(instance: Any, shape: Any, face: Any) -> tuple[Any, Any]:
+    """Return shape IDs and face IDs (mi.UInt32) from the numbers of instances, of shapes and of faces of a shape."""
+    shape_id = mix(shape + mix(instance)) | 1  # odd, so never MISS
+    # The shape is hashed twice: else face 2 of shape 3 would have the ID of face 3 of shape 2.
+    return shape_id, mix(mix(shape_id) ^ mix(face)) | 1
 
 
 def pilot_rays(view: View, sampler: Any, seed: int, rays: int, block: int, top: int, rows: int, columns: int) -> Any:

@@ -178,6 +178,14 @@ class Recorded:
         dr.make_opaque(inputs)  # a literal of another width would be recorded once more
         return inputs
 
+    def rest(self) -> None:
+        """Release the view until ``reopen``."""
+        self.held.clear()
+
+    def reopen(self, view: View, sampler: Any) -> None:
+        """Draw by another view of the same scene and film, with a sampler of the same kind."""
+        self.held[:] = [view, sampler]
+
     def close(self) -> None:
         """Release scene and kernels: a frozen function is part of a reference cycle, which would keep them."""
         self.record.clear()

@@ -18,6 +18,7 @@ from tracer.sampling import samples
 from tracer.sampling.passes import PASS_SIZES, even_pass, next_pass_size
 from tracer.sampling.wavefront import Line, Stretch, lane_pixels
 from tracer.scene.view import View
+from tracer.session import recordings
 
 
 @dataclass(frozen=True)
@@ -61,13 +62,12 @@ class LocalDrawer:
     def __init__(
         self,
         view: View,
-        sampler: Any,
         moments: samples.Moments | None,
         largest_pass: int = PASS_SIZES[-1],
     ) -> None:
         self.view = view
         self.kinds = samples.moment_counts(view, moments)
-        self.record = samples.Recorded(view, sampler, moments)
+        self.recording = recordings.take(view, moments)
         self.pass_size, self.largest_pass = PASS_SIZES[1], largest_pass
 
     def empty(self) -> Estimate:
@@ -90,7 +90,7 @@ class LocalDrawer:
             start = stopwatch.read()
             window = line.take(even_pass(line.total - line.taken, self.pass_size, self.largest_pass))
             pixel, index = lane_pixels(window, first_pixel)
-            drawn = self.record(on_device[0], pixel, index, on_device[1])
+            drawn = self.recording.recorded(on_device[0], pixel, index, on_device[1])
             dr.sync_thread()
             drawing = stopwatch.read() - start
             self.pass_size = next_pass_size(window.lane_count / drawing.wall)
@@ -103,5 +103,5 @@ class LocalDrawer:
         return {}
 
     def close(self) -> None:
-        """Let go of scene and kernels."""
-        self.record.close()
+        """Let go of the scene; what was recorded is kept for the next render of it."""
+        recordings.give_back(self.recording)
