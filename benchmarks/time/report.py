@@ -28,12 +28,10 @@ MADE = f"{SHAPES} shapes"
 """Name of that scene."""
 WIDTH = 256
 """Width of the pictures of all scenes, in pixels."""
-SPPS = (4, 16, 64, 256)
-"""Samples per pixel of the pictures of all scenes."""
-MOST_HEAVY = 64
-"""Most samples per pixel of scenes that are not bundled."""
+SPPS, MORE_SPPS = (16, 64), (4, 256)
+"""Samples per pixel of the pictures of all scenes, and further ones for SIZED."""
 SIZED = ("spheres_and_rods", "window_interior", MADE)
-"""Scenes that are rendered in all sizes, and with one thread."""
+"""Scenes that are rendered with more numbers of samples, in all sizes, and with one thread."""
 SIZES = ((128, 72), (512, 288), (1280, 720), (1920, 1080), (3840, 2160))
 """Sizes of their pictures, (width, height)."""
 SIZED_SPP, LARGE_SPP = 16, 64
@@ -63,11 +61,9 @@ def report(folder: Path, progress: StepCallback, public: Path) -> None:
 def all_cases(paths: dict[str, Path]) -> Iterable[Case]:
     """Yield what is rendered of the scenes with these names."""
     threads = backend.thread_count()
-    bundled = {path.stem for path in harness.bundled_scenes()}
     for name, path in paths.items():
-        for spp in SPPS:
-            if name in bundled or spp <= MOST_HEAVY:
-                yield Case(name, path, WIDTH, spp, threads)
+        for spp in (*SPPS, *(MORE_SPPS if name in SIZED else ())):
+            yield Case(name, path, WIDTH, spp, threads)
     for name in SIZED:
         for size in SIZES:
             yield Case(name, paths[name], size, SIZED_SPP, threads)

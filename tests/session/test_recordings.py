@@ -84,6 +84,7 @@ def test_every_parameter_that_changes_is_seen():
         parameters[name] = changed(parameters[name])
         parameters.update()
         kept = picture(scene, spp=4)
+        assert len(recordings.kept) == 1  # that of the former value is gone
         recordings.let_go_of_all()
         anew = picture(scene, spp=4)
         assert np.array_equal(kept, anew), name

@@ -49,11 +49,11 @@ class Subject:
         parameters = parameters_of(view)
         return Subject(view, moments, frame, parameters, {name: mark(value) for name, value in parameters.items()})
 
-    def is_as(self, other: Subject) -> bool:
-        """Return whether recordings of both would be the same."""
+    def is_another_state_of(self, other: Subject) -> bool:
+        """Return whether both are the same, but for the values of parameters."""
         mine, others = self.view, other.view
         same = mine.scene is others.scene and mine.sensor is others.sensor and mine.integrator is others.integrator
-        return same and self.moments is other.moments and self.frame == other.frame and self.marks == other.marks
+        return same and self.moments is other.moments and self.frame == other.frame
 
 
 @dataclass(frozen=True)
@@ -78,12 +78,13 @@ def take(view: View, moments: Moments | None) -> Recording:
     subject = Subject.of(view, moments)
     with lock:
         in_use += 1
-        found = next((recording for recording in kept if recording.subject.is_as(subject)), None)
-        if found is None:
-            return Recording(subject, Recorded(view, make_sampler(), moments))
-        kept.remove(found)
-    found.recorded.reopen(view, make_sampler())
-    return found
+        for found in [recording for recording in kept if recording.subject.is_another_state_of(subject)]:
+            kept.remove(found)
+            if found.subject.marks == subject.marks:
+                found.recorded.reopen(view, make_sampler())
+                return found
+            found.recorded.close()
+    return Recording(subject, Recorded(view, make_sampler(), moments))
 
 
 def give_back(recording: Recording) -> None:

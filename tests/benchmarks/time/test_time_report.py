@@ -13,7 +13,14 @@ def test_a_report_is_written(tmp_path, monkeypatch):
     public = tmp_path / "public" / "made"
     public.mkdir(parents=True)
     report.write_scene(public / "scene.xml", 5)
-    for name, value in (("SHAPES", 12), ("WIDTH", 32), ("SPPS", (16, 64)), ("SIZES", ((48, 27),)), ("TURNS", 2)):
+    for name, value in (
+        ("SHAPES", 12),
+        ("WIDTH", 32),
+        ("SPPS", (16, 64)),
+        ("MORE_SPPS", (4,)),
+        ("SIZES", ((48, 27),)),
+        ("TURNS", 2),
+    ):
         monkeypatch.setattr(measure if name == "TURNS" else report, name, value)
     bundled = [path for path in harness.bundled_scenes() if path.stem == "even_noise"]
     monkeypatch.setattr(harness, "bundled_scenes", lambda: bundled)
