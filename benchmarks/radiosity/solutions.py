@@ -26,6 +26,8 @@ SPP = 64
 """Samples per pixel of a picture."""
 SIZES = (0.8, 0.4, 0.2, 0.1)
 """Longest edges of patches, for the comparison with paths."""
+PATHS = 2048
+"""Samples per pixel of the picture of a path tracer."""
 SHOWS = ("patches", "smooth", "gather")
 """Values of the parameter ``show`` that are compared with paths."""
 
@@ -106,7 +108,7 @@ def against_paths(example: Example, announce: Announce) -> list[dict[str, Any]]:
     """Return how pictures of smaller and smaller patches differ from the picture of a path tracer."""
     announce(f"{example.name}, paths")
     path = mi.load_dict({"type": "path", "max_depth": 64, "rr_depth": 64})
-    truth = image(example, path, 2048, 3)
+    truth = image(example, path, PATHS, 3)
     rows = []
     for size in SIZES:
         differences = {}

@@ -73,6 +73,7 @@ HEAVY = {
 }
 
 
+@pytest.mark.slow
 def test_every_parameter_that_changes_is_seen():
     """Numbers that are no arrays are compiled into a recording, and some arrays are hidden from Dr.Jit, too."""
     scene = mi.load_dict(HEAVY)

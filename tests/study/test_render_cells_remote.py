@@ -72,8 +72,18 @@ def test_a_worker_of_another_version_ends_a_study(plan, tmp_path, two_workers, m
 
 
 @pytest.mark.slow
-def test_the_command_takes_workers(tmp_path):
-    command = [sys.executable, "-m", "tracer", "study", "smoke", "-o", str(tmp_path / "smoke"), "--workers", "2"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
+def test_the_command_takes_workers(scene_file, tmp_path):
+    scene_file(LIT, "sky.xml")
+    (tmp_path / "small.toml").write_text("""
+name = "small"
+spp = [16]
+seeds = 2
+reference_spp = 256
+scenes = [{path = "sky.xml"}]
+methods = [{name = "uniform", criterion = "uniform"}, {name = "fused", criterion = "fused"}]
+""")
+    command = [sys.executable, "-m", "tracer", "study", "small.toml", "-o", "small", "--workers", "2"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert (tmp_path / "smoke" / "index.html").stat().st_size > 50_000
+    assert (tmp_path / "small" / "index.html").stat().st_size > 50_000
+    assert len(list((tmp_path / "small").rglob("*.exr"))) == 4

@@ -17,6 +17,7 @@ def test_a_small_report_has_all_its_files_and_can_be_stopped(tmp_path, monkeypat
     monkeypatch.setattr(solutions, "SEEDS", 2)
     monkeypatch.setattr(solutions, "RAYS", 16)
     monkeypatch.setattr(solutions, "SIZES", (0.8,))
+    monkeypatch.setattr(solutions, "PATHS", 64)
     needed = (report.SHOWN, report.CORNELL)
     monkeypatch.setattr(report, "examples", lambda: [example for example in examples() if example.name in needed])
     with pytest.raises(KeyboardInterrupt):
