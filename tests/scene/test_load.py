@@ -6,7 +6,6 @@ import pytest
 
 from conftest import LIT, SENSOR
 from tracer.errors import SceneError, SettingsError
-from tracer.scene import load as module
 from tracer.scene.fingerprint import fingerprint
 from tracer.scene.load import load
 from tracer.scene.load_errors import render_error
@@ -198,19 +197,9 @@ def test_text_that_is_too_long_for_a_name_is_no_file(scene_file):
     assert load(path).class_name() == "Scene"
 
 
-@pytest.mark.parametrize(("sampler", "parallel"), [("independent", [True]), ("owen_sobol", [False])])
-def test_a_scene_is_made_on_all_threads_unless_a_plugin_is_in_python(cornell, monkeypatch, sampler, parallel):
-    tried = []
-    make = mi.parser.instantiate
-    monkeypatch.setattr(mi.parser, "instantiate", lambda *given: tried.append(given[0].parallel) or make(*given))
-    load(cornell(), sampler=sampler)
-    assert tried == parallel
-
-
-def test_of_several_errors_the_first_is_told(scene_file, monkeypatch):
+def test_of_several_errors_the_first_is_told(scene_file):
     meshes = "".join(f'<shape type="ply"><string name="filename" value="{name}.ply"/></shape>' for name in "abcdefgh")
     file = scene_file(SENSOR + meshes)
     for _ in range(20):
         with pytest.raises(SceneError, match=r"a\.ply"):
             load(file)
-    assert module.native_plugins() >= {"scene", "ply", "path"}

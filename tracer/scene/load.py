@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -82,6 +81,9 @@ def load(source: Any, sampler: str | None = None, define: dict[str, str] | None 
     parsed = parse(source, define)
     config, state = parsed.config, parsed.state
     config.merge_meshes = False
+    # In parallel it can deadlock: with plugins in Python, and where the pool of threads is made smaller afterwards, as
+    # a thread that has loaded objects then still waits for Python's lock.
+    config.parallel = False
     require_sources(describe(source), state)
     for node in state.nodes:
         if sampler is not None and node.type == mi.ObjectType.Sampler:
@@ -91,30 +93,13 @@ def load(source: Any, sampler: str | None = None, define: dict[str, str] | None 
     try:
         with looking_in(parsed.resolver), threads.for_files(), meshes_explained(describe(source), state):
             mi.parser.transform_all(config, state)
-            scene = instantiate(config, state)
+            scene = mi.parser.instantiate(config, state)
     except LOAD_ERRORS as error:
         raise load_error(describe(source), error) from None
     require_faces(describe(source), scene)
     if sampler is not None:
         require_samplers(source, state, scene)
     return scene
-
-
-def instantiate(config: Any, state: Any) -> Any:
-    """Make the objects of a scene, on all threads unless there are plugins in Python, with which that can deadlock."""
-    config.parallel = all(node.props.plugin_name() in native_plugins() for node in state.nodes)
-    if config.parallel:
-        try:
-            return mi.parser.instantiate(config, state)
-        except LOAD_ERRORS:  # of several errors, threads may find any one; below, it is always the first one
-            config.parallel = False
-    return mi.parser.instantiate(config, state)
-
-
-@cache
-def native_plugins() -> frozenset[str]:
-    """Return the names of the plugins that come with Mitsuba, all in C++, and of the scene itself."""
-    return frozenset({"scene", *(path.stem for path in (Path(mi.__file__).parent / "plugins").glob("*"))})
 
 
 def require_samplers(source: Any, state: Any, scene: Any) -> None:
