@@ -45,7 +45,7 @@ def render(
 ) -> Result:
     """Render ``scene`` (path of an XML file, dictionary, or ``mi.Scene``) and return picture, counts and errors.
 
-    An ``mi.Scene`` that is rendered again, changed or not, is prepared faster than the first time.
+    An ``mi.Scene`` that is rendered again unchanged is prepared faster than the first time.
     ``sensor``: number or ``mi.Sensor``; ``size``, ``crop``: see ``tracer.scene.view``; ``define``: values of the
     $parameters of a file. ``importance``: array (H, W) or image file whose values multiply each pixel's importance.
     ``checkpoint``: file in which the state is kept, every ``checkpoint_every`` seconds and at the end; ``resume``: go

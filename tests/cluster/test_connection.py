@@ -28,7 +28,7 @@ def kernels():
     if WorkerScene.current is None:
         return None
     drawers = WorkerScene.current.drawers.values()
-    return WorkerScene.current.setup.scene_hash, [drawer.recording.recorded.record.n_recordings for drawer in drawers]
+    return WorkerScene.current.setup.scene_hash, [drawer.record.record.n_recordings for drawer in drawers]
 
 
 def test_workers_are_warm_before_there_is_a_unit(two_workers):

@@ -81,9 +81,6 @@ def load(source: Any, sampler: str | None = None, define: dict[str, str] | None 
     parsed = parse(source, define)
     config, state = parsed.config, parsed.state
     config.merge_meshes = False
-    # In parallel it can deadlock: with plugins in Python, and where the pool of threads is made smaller afterwards, as
-    # a thread that has loaded objects then still waits for Python's lock.
-    config.parallel = False
     require_sources(describe(source), state)
     for node in state.nodes:
         if sampler is not None and node.type == mi.ObjectType.Sampler:
@@ -133,6 +130,9 @@ def parse(source: str | Path | dict[str, Any], define: dict[str, str] | None = N
     the current folder.
     """
     config = mi.parser.ParserConfig(mi.variant())
+    # In parallel, loading can deadlock: with plugins in Python, and where the pool of threads is made smaller
+    # afterwards, as a thread that has loaded objects then still waits for Python's lock.
+    config.parallel = False
     resolver = mi.FileResolver(mi.file_resolver())
     if not isinstance(source, dict):
         path = Path(source)

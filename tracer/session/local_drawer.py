@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator
+from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -18,7 +19,7 @@ from tracer.sampling import samples
 from tracer.sampling.passes import PASS_SIZES, even_pass, next_pass_size
 from tracer.sampling.wavefront import Line, Stretch, lane_pixels
 from tracer.scene.view import View
-from tracer.session import recordings
+from tracer.session.recordings import recorded_drawing
 
 
 @dataclass(frozen=True)
@@ -64,10 +65,13 @@ class LocalDrawer:
         view: View,
         moments: samples.Moments | None,
         largest_pass: int = PASS_SIZES[-1],
+        keep: bool = False,
     ) -> None:
+        """``keep``: whether the next render of the scene may use what is recorded in this one."""
         self.view = view
         self.kinds = samples.moment_counts(view, moments)
-        self.recording = recordings.take(view, moments)
+        self.stack = ExitStack()
+        self.record = self.stack.enter_context(recorded_drawing(view, moments, keep))
         self.pass_size, self.largest_pass = PASS_SIZES[1], largest_pass
 
     def empty(self) -> Estimate:
@@ -90,7 +94,7 @@ class LocalDrawer:
             start = stopwatch.read()
             window = line.take(even_pass(line.total - line.taken, self.pass_size, self.largest_pass))
             pixel, index = lane_pixels(window, first_pixel)
-            drawn = self.recording.recorded(on_device[0], pixel, index, on_device[1])
+            drawn = self.record(on_device[0], pixel, index, on_device[1])
             dr.sync_thread()
             drawing = stopwatch.read() - start
             self.pass_size = next_pass_size(window.lane_count / drawing.wall)
@@ -103,5 +107,5 @@ class LocalDrawer:
         return {}
 
     def close(self) -> None:
-        """Let go of the scene; what was recorded is kept for the next render of it."""
-        recordings.give_back(self.recording)
+        """Let go of scene and kernels, or keep them for the next render of the scene."""
+        self.stack.close()

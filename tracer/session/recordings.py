@@ -15,7 +15,8 @@ import gc
 import sys
 import threading
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -68,7 +69,21 @@ kept: list[Recording] = []
 """Recordings that are not in use, those used last at the end."""
 lock = threading.RLock()  # a collection of garbage may begin while the lock is held
 in_use = 0
-"""Number of recordings that are in use."""
+"""Number of kept recordings that are in use."""
+
+
+@contextmanager
+def recorded_drawing(view: View, moments: Moments | None, keep: bool) -> Iterator[Recorded]:
+    """Yield what draws samples of a view. ``keep``: whether the next render of its scene may use it again."""
+    if keep:
+        recording = take(view, moments)
+        try:
+            yield recording.recorded
+        finally:
+            give_back(recording)
+    else:
+        with closing(Recorded(view, make_sampler(), moments)) as recorded:
+            yield recorded
 
 
 def take(view: View, moments: Moments | None) -> Recording:
@@ -113,14 +128,6 @@ def let_go_of_unused() -> None:
             if sys.getrefcount(scene) <= own[id(scene)] + 2:
                 kept.remove(recording)
                 recording.recorded.close()
-
-
-def let_go_of(scene: Any) -> None:
-    """Let go of the recordings of a scene."""
-    with lock:
-        for recording in [recording for recording in kept if recording.subject.view.scene is scene]:
-            kept.remove(recording)
-            recording.recorded.close()
 
 
 @atexit.register

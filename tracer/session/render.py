@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
+from pathlib import Path
 
 import drjit as dr
 import numpy as np
@@ -21,7 +22,7 @@ from tracer.result import Report, Result
 from tracer.sampling.samples import make_sampler
 from tracer.scene.loaded import LoadedScene
 from tracer.scene.view import View, open_scene
-from tracer.session import memory, recordings
+from tracer.session import memory
 from tracer.session.develop import finish
 from tracer.session.first_look import FirstLook
 from tracer.session.keeper import make_keeper
@@ -69,8 +70,6 @@ def open_view(request: Request) -> Iterator[View]:
         source, define = source.scene, None
     with open_scene(source, request.sensor, request.integrator, request.size, request.crop, define) as view:
         yield view
-        if view.scene is not source:  # it was opened for this render alone
-            recordings.let_go_of(view.scene)
 
 
 @contextmanager
@@ -149,4 +148,5 @@ def make_drawer(request: Request, view: View, settings: Settings, drawer_for: Dr
     criterion = criteria.get(settings.criterion)
     if drawer_for is not None:
         return drawer_for(view, criterion, largest_pass)
-    return LocalDrawer(view, criterion.moments, largest_pass)
+    was_open = not isinstance(request.scene, str | Path | dict)  # else there is no next render of it
+    return LocalDrawer(view, criterion.moments, largest_pass, keep=was_open)
