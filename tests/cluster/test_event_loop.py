@@ -25,7 +25,7 @@ def failing(monkeypatch):
     return left
 
 
-@pytest.mark.parametrize("failures", range(MOST_STARTS))
+@pytest.mark.parametrize("failures", [0, 1, 2])
 def test_it_runs_in_the_block_only(failing, failures):
     failing.extend([None] * failures)
     with event_loop() as loop:

@@ -9,6 +9,7 @@ import pytest
 
 import tracer
 from conformance.cases import FILTERS
+from tracer.denoising import postprocess
 from tracer.denoising.postprocess import without_noise
 from tracer.denoising.refilter import FilterShape, evaluate
 from tracer.errors import DenoiseError
@@ -162,6 +163,21 @@ def test_denoised_is_no_worse_than_noisy_and_as_bright(truth, name, noise):
     nobody_sees = 1e-5  # a relative error of 0.3 %
     assert metrics.relative_mse(found, expected) < 1.05 * metrics.relative_mse(noisy, expected) + nobody_sees
     assert float(found.mean()) == pytest.approx(float(noisy.mean()), rel=0.01)
+
+
+@pytest.mark.parametrize("channels", ["RGB", "XYZ"])
+def test_errors_of_grey_noise_are_grey(monkeypatch, channels):
+    frame = PlainFrame((16, 16), 0, list(channels), 0, (0, 0, 16, 16))
+    deviation = frame.from_rgb(np.full((16, 16, 3), 0.2, np.float32))
+    mean = frame.from_rgb(np.full((16, 16, 3), 0.5, np.float32))
+    count, nothing = np.full((16, 16), 4, np.uint32), np.zeros((16, 16, 0), np.float32)
+    known = Statistics(count, 0 * count, mean, deviation**2, 0.0 * count, nothing, nothing)
+    seen = []
+    monkeypatch.setattr(postprocess, "mixture", lambda pictures, shape: seen.append(pictures) or pictures.noisy)
+    flat = np.zeros((16, 16, 3), np.float32)
+    shape = FilterShape.of(mi.load_dict({"type": "box"}))
+    without_noise(frame, shape, Features(flat, flat, flat[..., 0]), mean, known)
+    assert seen[0].squared_errors == pytest.approx(np.full((16, 16, 3), 0.2**2 / 4), rel=1e-3)
 
 
 def test_films_of_other_colours_are_denoised_alike(cornell):

@@ -51,6 +51,15 @@ def test_a_resumed_render_is_the_one_that_was_never_stopped(cornell, tmp_path, s
     assert [note for note in resumed.report.notes if "Stopped" in note] == []
 
 
+def test_features_are_drawn_once(cornell, tmp_path, monkeypatch):
+    path = tmp_path / "state.ckpt"
+    tracer.render(cornell(), spp=16, checkpoint=path)
+    monkeypatch.setattr("tracer.session.render.draw_denoising_features", None)
+    monkeypatch.setattr("tracer.session.develop.draw_denoising_features", None)
+    resumed = tracer.render(cornell(), spp=32, checkpoint=path, resume=True, denoise=True)
+    assert resumed.noisy is not None
+
+
 def test_a_larger_budget_goes_on_where_the_smaller_ended(cornell, tmp_path):
     path = tmp_path / "state.ckpt"
     tracer.render(cornell(), spp=32, seed=3, checkpoint=path)

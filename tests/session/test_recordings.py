@@ -42,6 +42,13 @@ def test_sizes_moments_and_integrators_have_their_own(cornell):
         assert 1 <= len(recordings.kept) <= recordings.MOST_KEPT
 
 
+def test_pictures_of_two_sizes_do_not_push_out_one_another(cornell):
+    scene = mi.load_dict(cornell())
+    for size in (12, 13, 12, 13):
+        picture(scene, size=size)
+    assert recording_counts() == [1, 1]
+
+
 HEAVY = {
     "type": "scene",
     "integrator": {"type": "volpath", "max_depth": 8},
