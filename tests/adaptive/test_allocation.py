@@ -1,24 +1,12 @@
 """Predicted gains, fallback to uniform, and what each kind of criterion does with its importance."""
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from hypothesis.extra import numpy as hnp
-from scipy import stats
 
-from tracer.adaptive.allocation import (
-    Situation,
-    decide,
-    least_counts,
-    predicted_gain,
-    predicted_overhead,
-    share_out,
-    share_out_with_chances,
-)
+from tracer.adaptive.allocation import decide
+from tracer.adaptive.decision import Situation
 from tracer.criteria import Criterion, Evidence
 from tracer.settings import make_settings
 
@@ -46,27 +34,6 @@ def evidence(wanted=None, rays=4.0, count=4):
 def run(spends, importance, now, settings=None, **known):
     criterion = Criterion("made up", lambda _: importance, True, spends)
     return decide(criterion, evidence(**known), settings or make_settings(spp=16), now, np.random.default_rng(0))
-
-
-positive = hnp.arrays(np.float64, (9,), elements=st.floats(0.01, 100))
-
-
-@given(deviation=positive)
-def test_predicted_gain_is_one_plus_squared_variation(deviation):
-    variation = deviation.std() / deviation.mean()
-    assert predicted_gain(deviation, deviation, np.full(9, 3.0)) == pytest.approx(1 + variation**2)
-    assert predicted_gain(deviation, np.full(9, 2.0), np.ones(9)) == pytest.approx(1)
-    assert predicted_gain(np.zeros(9), deviation, np.ones(9)) == 1
-
-
-@given(deviation=positive, cost=positive)
-def test_what_is_predicted_is_gained_and_most_by_the_best_allocation(deviation, cost):
-    uniform = (deviation**2).sum() * cost.sum()
-    best = predicted_gain(deviation, deviation / np.sqrt(cost), cost)
-    for counts in (deviation, np.sqrt(deviation), 1 / cost, deviation**2, np.ones(9)):
-        gained = uniform / ((deviation**2 / counts).sum() * (counts * cost).sum())
-        assert predicted_gain(deviation, counts, cost) == pytest.approx(gained)
-        assert gained <= best * (1 + 1e-9)
 
 
 def test_where_the_pixels_to_spare_cost_nothing_there_is_nothing_to_gain():
@@ -148,25 +115,6 @@ def test_the_least_is_kept_by_every_kind(spends):
     assert halfway.min() == 4
 
 
-def test_least_counts_ask_for_no_more_than_there_is():
-    """Half of the pixels have far more than their share, as where a round was stopped."""
-    drawn = np.zeros(GRID)
-    drawn[: GRID[0] // 2] = 100
-    now = situation(drawn, int(drawn.sum()) + 20)
-    least = least_counts(np.ones(GRID), make_settings(spp=100, min_spp=50), now, 1)
-    assert np.all(least >= drawn)
-    assert least.sum() <= now.goal
-    counts = share_out(np.ones(GRID), np.ones(GRID), make_settings(spp=100), now, True, np.random.default_rng(0))
-    assert counts.sum() == now.goal
-    assert np.all(counts >= drawn)
-
-
-def test_the_least_grows_with_what_is_drawn():
-    settings, nothing = make_settings(spp=64), np.zeros(GRID)
-    for spp, expected in ((8, 1), (20, 2), (32, 4), (64, 8)):  # 8 samples times the part of the budget, whole ones
-        assert np.all(least_counts(np.ones(GRID), settings, situation(nothing, spp * 64, 64 * 64), 8) == expected)
-
-
 def test_who_is_served_by_priority_begins_with_one_sample():
     """One each, then one more each, then two more for those that come first: 64 + 64 + 64."""
     decision = run("priority", np.arange(1.0, 65.0).reshape(GRID), situation(np.zeros(GRID), 3 * 64))
@@ -199,16 +147,6 @@ def test_of_two_pixels_of_one_deviation_the_dearer_gets_fewer_samples(cost):
     assert decision.importance == pytest.approx(expected)
 
 
-def test_a_decision_is_taken_to_cost_what_it_was_measured_to_cost():
-    """10 to 16 ms for 49 000 pixels, where a ray takes 50 to 130 ns; over the samples for which it holds."""
-    statistics = SimpleNamespace(rays=np.full(GRID, 4.0))
-    now = situation(np.full(GRID, 4), 8 * 64, 32 * 64)
-    least, most = 10e-3 / 49_000 / 130e-9, 16e-3 / 49_000 / 50e-9
-    assert least < predicted_overhead(statistics, now) * 4 * 32 < most
-    shorter = predicted_overhead(statistics, replace(now, horizon=8 * 64))
-    assert shorter == pytest.approx(4 * predicted_overhead(statistics, now))
-
-
 def test_importance_that_is_no_number_is_none_at_all():
     importance = np.ones(GRID)
     importance[2, 3] = np.inf
@@ -219,37 +157,3 @@ def test_shares_are_those_of_the_criterion_and_not_rounded_to_powers_of_two():
     importance = np.random.default_rng(2).uniform(1, 3, GRID)
     allocation = run("share", importance, situation(np.zeros(GRID), 16 * 64)).allocation
     assert np.all(np.abs(allocation - 16 * importance / importance.mean()) < 1)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("goal", [96 * 8, 96 * 5 + 17, 96 * 4 + 30])
-def test_chances_are_those_that_pixels_have(goal):
-    """A pixel that has a sample counts 1 / chance times, and so once on average, whoever it is (Horvitz, Thompson)."""
-    importance = np.random.default_rng(1).lognormal(0, 1.2, (8, 12))
-    drawn = np.where(importance > 1, 4, 5).astype(np.uint32)
-    settings = make_settings(spp=16)
-    now = Situation(drawn, max(goal, int(drawn.sum()) + 60), 96 * 16, may_settle=True)
-    rounds = 3000
-    weights = []
-    for seed in range(rounds):
-        found = share_out_with_chances(importance, np.ones((8, 12)), settings, now, np.random.default_rng(seed))
-        more = found.allocation.astype(int) - drawn
-        assert more.min() >= 0
-        assert found.allocation.sum() == now.goal
-        weights.append(np.where(more > 0, 1 / np.maximum(found.chance, 1e-9), 0))
-        assert np.all(found.chance[more > 0] > 0)
-    mean, spread = np.mean(weights, axis=0), np.std(weights, axis=0) / np.sqrt(rounds)
-    limit = stats.norm.ppf(1 - (1 - (1 - 1e-3) ** (1 / 96)) / 2)  # Sidak: a false alarm in a thousand
-    assert np.all(abs(mean - 1) <= limit * spread + 1e-9)
-    assert np.mean(spread > 0) > 0.1
-
-
-def test_a_round_without_room_leaves_nothing_to_chance():
-    importance = np.random.default_rng(1).lognormal(0, 1, (8, 12))
-    drawn = np.full((8, 12), 4, np.uint32)
-    for least, more in ((None, 3), (8, 96 * 4)):
-        settings = make_settings(spp=16, min_spp=least)
-        now = Situation(drawn, 96 * 4 + more, 96 * 8 if least else 96 * 16, may_settle=True)
-        found = share_out_with_chances(importance, np.ones((8, 12)), settings, now, np.random.default_rng(0))
-        assert found.allocation.sum() == now.goal
-        assert np.array_equal(found.chance, found.allocation > drawn)

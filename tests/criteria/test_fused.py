@@ -43,13 +43,15 @@ def test_the_error_of_means_is_that_of_the_last_samples():
     samples = light(11, *GRID)
     before, known = (statistics_of(samples[:count], "fused") for count in (3, 11))
     weight = np.random.default_rng(1).random(GRID)
-    found, valid = fused.error_of_means(before, known, weight, 3)
+    pixels = np.random.default_rng(4).permutation(weight.size).astype(np.uint32)[:100]
+    found, is_known = fused.error_of_means(before, known, weight, 3, pixels)
     moved = samples[3:].mean(axis=0) - samples[:3].mean(axis=0)
-    assert found == pytest.approx(weight * (moved**2).mean(axis=-1) / (1 / 3 + 1 / 8), rel=1e-4)
-    assert valid.all()
-    before.count[2, 3], before.count[4, 5] = 11, 0
-    found, valid = fused.error_of_means(before, known, weight, 3)
-    assert (found[2, 3], found[4, 5], valid.sum()) == (0, 0, valid.size - 2)
+    expected = weight * (moved**2).mean(axis=-1) / (1 / 3 + 1 / 8)
+    assert found == pytest.approx(expected.ravel()[pixels], rel=1e-4)
+    assert is_known.all()
+    before.count.ravel()[pixels[:2]] = 11, 0
+    found, is_known = fused.error_of_means(before, known, weight, 3, pixels)
+    assert (found[0], found[1], is_known.sum()) == (0, 0, 98)
 
 
 def test_predictors_are_variances_at_several_widths_and_the_contrast_that_is_more_than_noise():
@@ -75,7 +77,7 @@ def test_predictors_are_variances_at_several_widths_and_the_contrast_that_is_mor
         blurred(contrast, 1.0) * shape,
     ]
     for one, other in zip(found, expected, strict=True):
-        assert one == pytest.approx(other, rel=1e-3, abs=1e-4 * variance.mean())
+        assert one.numpy().reshape(GRID) == pytest.approx(other, rel=1e-3, abs=1e-4 * variance.mean())
 
 
 def tall_fit(columns, observed):
@@ -98,6 +100,13 @@ def skewed_columns(number=3000):
 def test_what_predictors_explain_is_found():
     columns, expected, _ = skewed_columns()
     assert fused.fit(columns, expected) == pytest.approx([0.3, 2e-3, 0, 1], rel=1e-3, abs=1e-3)
+
+
+def test_what_says_nothing_has_no_say():
+    """As variances do after a single sample."""
+    columns, expected, _ = skewed_columns()
+    columns[:, [0, 2]] = 0
+    assert fused.fit(columns, expected)[[0, 2]].tolist() == [0, 0]
 
 
 def test_coefficients_are_those_of_another_solver():

@@ -1,4 +1,4 @@
-"""Copy NumPy arrays to the device, and small computations on the device.
+"""Copy NumPy arrays to the device and back, and small computations on the device.
 
 On a processor Dr.Jit uses the memory of a NumPy array as its own and reads it in packets: up to 15 entries beyond the
 last, which now and then is memory that the process does not have. It also compiles a kernel anew for each alignment of
@@ -46,6 +46,16 @@ def numpy_kind(kind: Any) -> Any:
 def upload_tensor(array: ArrayLike) -> Any:
     """Return an array of numbers as an mi.TensorXf of the same shape."""
     return mi.TensorXf(upload(mi.Float, array), np.shape(array))
+
+
+def to_host(array: Any, shape: tuple[int, ...]) -> NDArray:
+    """Return a copy of a device array as NumPy, in ``shape``, row by row.
+
+    Memory that belongs to Dr.Jit must not leave this function. If another thread frees it, as Dask's thread does on a
+    worker, that thread waits for Dr.Jit's lock while it holds Python's, and the thread that draws may hold Dr.Jit's
+    lock and wait for Python's.
+    """
+    return np.array(array.numpy().reshape(shape))
 
 
 def with_room(array: NDArray) -> NDArray:

@@ -17,14 +17,19 @@ needs: D. Plemenos, M. Sbert and M. Feixas, section 4.4, here with Gini-Simpson 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
+import drjit as dr
+import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter, uniform_filter
 from scipy.optimize import nnls
 
 from tracer.complexity.pilot import Complexity
-from tracer.core.arrays import Floats, Singles, spread_out
+from tracer.core.arrays import Floats, Mask, Singles, spread_out
+from tracer.core.device import to_host, upload
+from tracer.core.reductions import sums
+from tracer.core.smoothing import box, gaussian, smoothed
 from tracer.criteria.registry import Evidence, criterion
 from tracer.film.estimate import Statistics
 
@@ -56,97 +61,110 @@ def fused(evidence: Evidence) -> Floats:
     past = memory.get("predictors") or predictors(before, weight, evidence.colour_channels, edges)
     present = predictors(statistics, evidence.weight, evidence.colour_channels, edges)
     memory.update(edges=edges, predictors=present)
-    observed, valid = error_of_means(before, statistics, weight, evidence.colour_channels)
-    chosen = np.flatnonzero(valid)[spread_out(valid.size, FIT_PIXELS)]
-    columns = np.stack([column.ravel()[chosen] for column in past], axis=-1).astype(np.float64)
-    errors = observed.ravel()[chosen]
-    if len(chosen) == 0 or not (np.all(np.isfinite(columns)) and np.all(np.isfinite(errors))):
+    chosen = np.arange(weight.size, dtype=np.uint32)[spread_out(weight.size, FIT_PIXELS)]
+    errors, is_known = error_of_means(before, statistics, weight, evidence.colour_channels, chosen)
+    columns = at_pixels(past, chosen)[is_known]
+    if len(columns) == 0 or not (np.all(np.isfinite(columns)) and np.all(np.isfinite(errors))):
         return np.ones_like(evidence.weight)
-    predicted = combine(present, fit(columns, errors))
-    return np.sqrt(np.maximum(predicted, SMALLEST * predicted.mean()))
+    predicted = combine(present, fit(columns, errors[is_known]))
+    least = dr.opaque(mi.Float, SMALLEST * sums(predicted)[0] / weight.size)
+    return to_host(dr.sqrt(dr.maximum(predicted, least)), weight.shape).astype(np.float64)
 
 
 def first_guess(statistics: Statistics, evidence: Evidence) -> Floats:
     """Return a standard deviation (H, W) for rounds without anything to fit: that of a pixel and its neighbours."""
-    variance = channel_mean(statistics.variance, evidence.colour_channels) * evidence.weight.astype(np.float32)
-    deviation = np.sqrt(np.maximum(gaussian_filter(variance, FINE[-1], mode="nearest"), 0))
+    variance = channel_mean(statistics.variance, evidence.colour_channels) * upload(mi.Float, evidence.weight)
+    (smooth,) = smoothed(variance, evidence.weight.shape, gaussian(FINE[-1]))
+    deviation = to_host(dr.sqrt(dr.maximum(smooth, 0)), evidence.weight.shape)
     return (deviation + GUESS_FLOOR * deviation.mean()).astype(np.float64)
 
 
 def error_of_means(
-    before: Statistics, statistics: Statistics, weight: Floats, channels: int
-) -> tuple[Floats, NDArray[np.bool_]]:
-    """Return (m_2 - m_1)^2 / (1/n_1 + 1/n_2), weighted and averaged over colour channels, and where it is known.
+    before: Statistics, statistics: Statistics, weight: Floats, channels: int, pixels: NDArray[np.uint32]
+) -> tuple[Floats, Mask]:
+    """Return (m_2 - m_1)^2 / (1/n_1 + 1/n_2) of some pixels, and where it is known: (N,) each.
 
-    m_1 is the mean of the n_1 samples before the last round, and m_2 the mean of the n_2 samples of that round. For
-    independent samples the expectation is the variance of one sample.
+    It is weighted and averaged over colour channels. m_1 is the mean of the n_1 samples before the last round, and m_2
+    the mean of the n_2 samples of that round. For independent samples the expectation is the variance of one sample.
+    ``pixels`` (N,): which pixels, counted row by row.
     """
-    first_count, total_count = before.count.astype(np.float32), statistics.count.astype(np.float32)
-    second_count = total_count - first_count
-    valid = (first_count > 0) & (second_count > 0)
-    # m_2 - m_1 from the mean m of all n samples: (m - m_1) n / n_2
-    squared = (
-        channel_mean((statistics.mean - before.mean) ** 2, channels) * (total_count / np.maximum(second_count, 1)) ** 2
+    first_count, total_count = (known.count.ravel()[pixels].astype(np.float64) for known in (before, statistics))
+    first_mean, total_mean = (
+        known.mean.reshape(-1, known.mean.shape[-1])[pixels, :channels].astype(np.float64)
+        for known in (before, statistics)
     )
-    per_sample = squared * first_count * second_count / np.maximum(total_count, 1)
-    return np.where(valid, per_sample * weight, 0.0), valid
+    second_count = total_count - first_count
+    is_known = (first_count > 0) & (second_count > 0)
+    # m_2 - m_1 from the mean m of all n samples: (m - m_1) n / n_2
+    difference = (total_mean - first_mean) * (total_count / np.maximum(second_count, 1))[:, None]
+    per_sample = (difference**2).mean(axis=-1) * first_count * second_count / np.maximum(total_count, 1)
+    return np.where(is_known, per_sample * weight.ravel()[pixels], 0.0), is_known
 
 
-def combine(columns: list[Singles], coefficients: Floats) -> Floats:
-    """Return the sum (H, W) of ``columns``, (H, W) each, times their coefficients (K,)."""
-    total = np.zeros(columns[0].shape)
+def at_pixels(columns: Sequence[Any], pixels: NDArray[np.uint32]) -> Floats:
+    """Return K device arrays (mi.Float) at some pixels (N,), as (N, K)."""
+    index = upload(mi.UInt32, pixels)
+    return np.stack([dr.gather(mi.Float, column, index).numpy() for column in columns], axis=-1).astype(np.float64)
+
+
+def combine(columns: Sequence[Any], coefficients: Floats) -> Any:
+    """Return the sum (mi.Float) of ``columns``, K of them, times their coefficients (K,)."""
+    total = mi.Float(0)
     for column, coefficient in zip(columns, coefficients, strict=True):
-        if coefficient > 0:
-            total += coefficient * column
+        total = dr.fma(column, dr.opaque(mi.Float, coefficient), total)
     return total
 
 
-def predictors(statistics: Statistics, weight: Floats, channels: int, edges: Sequence[Singles]) -> list[Singles]:
-    """Return the K predictors of the squared error of each pixel, (H, W) each: variances >= 0.
+def predictors(statistics: Statistics, weight: Floats, channels: int, edges: Sequence[Any]) -> list[Any]:
+    """Return the K predictors of the squared error of each pixel, mi.Float each, row by row: variances >= 0.
 
     ``weight`` (H, W): that of the objective; ``edges``: what ``smooth_gini`` returns.
     """
-    weight = weight.astype(np.float32)
-    variance = channel_mean(statistics.variance, channels) * weight
-    fine = [gaussian_filter(variance, deviation, mode="nearest") for deviation in FINE]
-    coarse = [uniform_filter(variance, width, mode="nearest") for width in COARSE]
-    difference = local_variance(channel_mean(statistics.mean, channels))
-    noise = fine[-1] / np.maximum(statistics.count, 1).astype(np.float32)
-    contrast = np.maximum(difference * weight - noise, 0.0)
+    height, width = weight.shape
+    size, on_device = (height, width), upload(mi.Float, weight)
+    variance = channel_mean(statistics.variance, channels) * on_device
+    smooth = smoothed(variance, size, *map(gaussian, FINE), *map(box, COARSE))
+    mean = dr.opaque(mi.Float, sums(variance)[0] / weight.size)
+    noise = smooth[1] / dr.maximum(mi.Float(upload(mi.UInt32, statistics.count)), 1)
+    difference = local_variance(channel_mean(statistics.mean, channels), size)
+    contrast = dr.maximum(difference * on_device - noise, 0)
     shape, face = edges
     # Contrast times the Gini index of IDs is the variance that the edges seen by pilot rays explain.
-    explained = [contrast * shape, contrast * face, gaussian_filter(contrast, 1.0, mode="nearest") * shape]
-    return [*fine, *coarse, np.full_like(variance, variance.mean()), contrast, *explained]
+    (wide_contrast,) = smoothed(contrast, size, gaussian(1.0))
+    found = [*smooth, mean + dr.zeros(mi.Float, weight.size), contrast]
+    found += [contrast * shape, contrast * face, wide_contrast * shape]
+    dr.eval(found)
+    return found
 
 
-def channel_mean(values: NDArray, channels: int) -> Singles:
-    """Return the mean (H, W) over the first ``channels`` channels of ``values`` (H, W, C)."""
-    total = values[..., 0].copy()
-    for k in range(1, channels):
-        total += values[..., k]
-    return (total / channels).astype(np.float32)
+def channel_mean(values: Singles, channels: int) -> Any:
+    """Return the mean (mi.Float) over the first ``channels`` channels of ``values`` (H, W, C), row by row."""
+    on_device, stride = upload(mi.Float, values), dr.opaque(mi.UInt32, values.shape[-1])
+    first = dr.arange(mi.UInt32, values.shape[0] * values.shape[1]) * stride
+    return sum(dr.gather(mi.Float, on_device, first + k) for k in range(channels)) / channels
 
 
-def smooth_gini(complexity: Complexity) -> list[Singles]:
-    """Return the Gini indices of shape IDs and of face IDs, (H, W) each, averaged over 3 x 3 neighbours."""
+def smooth_gini(complexity: Complexity) -> list[Any]:
+    """Return the Gini indices of shape IDs and of face IDs, mi.Float each, averaged over 3 x 3 neighbours."""
     indices = (complexity.shape_gini, complexity.face_gini)
-    return [uniform_filter(gini.astype(np.float32), 3, mode="nearest") for gini in indices]
+    return [smoothed(upload(mi.Float, gini), gini.shape, box(3))[0] for gini in indices]
 
 
-def local_variance(values: Singles) -> Singles:
-    """Return the variance (H, W) of ``values`` (H, W) over 3 x 3 neighbours."""
-    mean = uniform_filter(values, 3, mode="nearest")
-    return np.maximum(uniform_filter(values**2, 3, mode="nearest") - mean**2, 0.0)
+def local_variance(values: Any, size: tuple[int, int]) -> Any:
+    """Return the variance (mi.Float) of ``values``, a picture of ``size``, over 3 x 3 neighbours."""
+    (mean,), (mean_square,) = (smoothed(array, size, box(3)) for array in (values, dr.square(values)))
+    return dr.maximum(mean_square - dr.square(mean), 0)
 
 
 def fit(past: Floats, observed: Floats) -> Floats:
     """Return the coefficients >= 0 (K,) with which columns of ``past`` (N, K) predict ``observed`` (N,) best.
 
     They are fitted by least squares in relative terms, as a squared difference scatters in proportion to its
-    expectation: each iteration divides by the prediction of the one before.
+    expectation: each iteration divides by the prediction of the one before. A column of zeros has the coefficient 0.
     """
     scale = past.mean(axis=0)
-    scale[scale <= 0] = 1.0
+    says_nothing = scale <= 0
+    scale[says_nothing] = 1.0
     columns = past / scale
     prediction = columns.mean(axis=1) * (observed.mean() / max(columns.mean(), 1e-300))
     coefficients = np.zeros(past.shape[1])
@@ -156,7 +174,7 @@ def fit(past: Floats, observed: Floats) -> Floats:
         level = np.maximum(prediction, 1e-3 * prediction.mean() + 1e-300)
         coefficients = non_negative(columns / level[:, None], np.minimum(observed / level, OUTLIER))
         prediction = columns @ coefficients
-    return coefficients / scale
+    return np.where(says_nothing, 0.0, coefficients / scale)
 
 
 def non_negative(columns: Floats, target: Floats) -> Floats:

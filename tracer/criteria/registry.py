@@ -75,6 +75,12 @@ class Criterion:
     moments: Moments | None = None
     """Function that computes the quantities of a sample whose mean or maximum over a pixel it needs; None: none."""
 
+    @property
+    def is_built_in(self) -> bool:
+        """Whether it comes with tracer."""
+        module = self.importance.__module__
+        return module.startswith(f"{__name__.rpartition('.')[0]}.") and module != __name__
+
 
 registered: dict[str, Criterion] = {}
 """Registered criteria by name."""

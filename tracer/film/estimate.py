@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import drjit as dr
@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.core.arrays import Singles
-from tracer.core.device import divide, numpy_kind, upload
+from tracer.core.device import divide, numpy_kind, to_host, upload
 from tracer.film.pixel_sums import Tree, bands
 from tracer.sampling.samples import Samples
-from tracer.sampling.wavefront import Window
+from tracer.sampling.wavefront import Window, rays_of_packets
 from tracer.scene.frame import Frame
 from tracer.scene.view import View
 
@@ -45,7 +45,8 @@ class Statistics:
     variance: Singles
     """(H, W, C): unbiased variance of one sample; 0 where there are fewer than two."""
     rays: Singles
-    """(H, W): mean number of rays of a sample; 0 where there is no sample."""
+    """(H, W): mean over a pixel's samples of the most rays within their packets (``rays_of_packets``), which is what a
+    sample costs; 0 where there is no sample."""
     moments: Singles
     """(H, W, K): means of the moments that a criterion asked for."""
     peaks: Singles
@@ -75,6 +76,7 @@ class Estimate:
 
     def add(self, window: Window, samples: Samples) -> None:
         """Add the samples of a pass. Samples that are not finite in every channel are counted and left out."""
+        samples = replace(samples, rays=rays_of_packets(samples.rays))
         for band in self.bands:
             if window.touches(band.first, band.size):
                 band.add(window, samples, self.filter_weights)
@@ -262,13 +264,3 @@ def rebuilt(tree: Tree, arrays: Iterator[NDArray]) -> Tree:
     if isinstance(tree, list):
         return [rebuilt(entry, arrays) for entry in tree]
     return upload(type(tree), next(arrays))
-
-
-def to_host(array: Any, shape: tuple[int, int]) -> NDArray:
-    """Return a copy of a device array as NumPy, in the shape of the grid.
-
-    Memory that belongs to Dr.Jit must not leave this function. If another thread frees it, as Dask's thread does on a
-    worker, that thread waits for Dr.Jit's lock while it holds Python's, and the thread that draws may hold Dr.Jit's
-    lock and wait for Python's.
-    """
-    return np.array(array.numpy().reshape(shape))

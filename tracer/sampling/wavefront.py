@@ -25,7 +25,7 @@ from tracer.core.device import upload
 
 PACKET = 16
 """Lanes of a packet. Embree traces the rays of 4, 8 or 16 lanes together, depending on the processor; 16 is a multiple
-of each."""
+of each, and so are the lanes that a kernel runs together."""
 
 
 @dataclass(frozen=True)
@@ -179,6 +179,14 @@ def floor(lane: Any) -> Any:
 def ceil(lane: Any) -> Any:
     """Return ``lane`` if it is the first of a packet, else the first lane of the next packet."""
     return floor(lane + PACKET - 1)
+
+
+def rays_of_packets(rays: Any) -> Any:
+    """Return the rays (mi.Float) that each lane takes the time of: the most of any lane of its packet.
+
+    All lanes of a packet run as long as its longest path. Entries after the last lane are of no meaning.
+    """
+    return dr.repeat(dr.block_reduce(dr.ReduceOp.Max, rays, PACKET), PACKET)
 
 
 def lane_pixels(window: Window, first_pixel: int = 0) -> tuple[Any, Any]:

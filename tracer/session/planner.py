@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from typing import Any
 
+import mitsuba as mi
 import numpy as np
-from scipy.ndimage import gaussian_filter
 
-from tracer.adaptive.allocation import Decision, Situation, decide, relative, share_out
+from tracer.adaptive.allocation import decide, relative
+from tracer.adaptive.decision import Decision, Situation
 from tracer.adaptive.schedule import Schedule
+from tracer.adaptive.sharing import share_out
 from tracer.complexity.pilot import Complexity
 from tracer.core import threads
 from tracer.core.arrays import Floats
+from tracer.core.device import to_host, upload
+from tracer.core.smoothing import gaussian, smoothed
 from tracer.criteria import Criterion, Evidence
 from tracer.film import bias
 from tracer.film.estimate import Estimate, Statistics
@@ -44,6 +49,8 @@ class Planner:
         self.first_look, self.recorder = first_look, recorder
         self.memory: dict[str, Any] = {}
         """What the criterion wants to find again in the next round."""
+        self.weighed: tuple[Statistics, Floats] | None = None
+        """What was known in the last decision, and the objective's weights of it."""
 
     @property
     def holds_out(self) -> bool:
@@ -99,7 +106,7 @@ class Planner:
         if self.criterion.needs_radiance and (known is None or self.is_to_learn(state, goal)):
             even = np.ones(self.view.grid) if goal < budget else self.weights
             return Decision(share_out(even, even, settings, situation, False, state.generator))
-        with threads.for_files():  # a criterion may be anybody's
+        with nullcontext() if self.criterion.is_built_in else threads.for_files():  # others may read files
             decision = decide(self.criterion, self.evidence(state, known), settings, situation, state.generator)
         state.importance = None if decision.importance is None else relative(decision.importance)
         if decision.note:
@@ -120,12 +127,14 @@ class Planner:
             state.looked = True
             return self.first_look.complexity
 
+        weight_before = None if before is None else self.objective_weight(before)
+        weight = self.objective_weight(known)
         return Evidence(
             look=look,
             statistics=known,
             before=before,
-            weight=self.objective_weight(known),
-            weight_before=None if before is None else self.objective_weight(before),
+            weight=weight,
+            weight_before=weight_before,
             colour_channels=self.view.colour_channels,
             wanted=self.weights,
             memory=self.memory,
@@ -138,6 +147,10 @@ class Planner:
         """
         if known is None:
             return np.ones(self.view.grid)
-        brightness = self.view.luminance(known.mean)
-        smooth = gaussian_filter(brightness, 1.0, mode="nearest")
-        return objective.without_scale(objective.weights(self.settings.objective, smooth, self.settings.exposure))
+        if self.weighed is None or self.weighed[0] is not known:
+            brightness = upload(mi.Float, self.view.luminance(known.mean))
+            (smooth_brightness,) = smoothed(brightness, self.view.grid, gaussian(1.0))
+            smooth = to_host(smooth_brightness, self.view.grid)
+            weights = objective.weights(self.settings.objective, smooth, self.settings.exposure)
+            self.weighed = known, objective.without_scale(weights)
+        return self.weighed[1]

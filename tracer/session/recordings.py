@@ -176,7 +176,7 @@ def marker_of(kind: type) -> Callable[[Any], Any]:
 
 def tidy(phase: str, information: dict[str, int]) -> None:
     """Let go of what nobody uses when Python collects garbage, unless something is being drawn."""
-    # To free arrays of Dr.Jit while another thread draws can block both threads, see ``tracer.film.estimate.to_host``.
+    # To free arrays of Dr.Jit while another thread draws can block both threads, see ``tracer.core.device.to_host``.
     if phase == "stop" and kept and in_use == 0 and threading.current_thread() is threading.main_thread():
         let_go_of_unused()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import mitsuba as mi
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.ndimage import gaussian_filter
@@ -9,6 +10,7 @@ from scipy.ndimage import gaussian_filter
 from tracer.adaptive import budget
 from tracer.adaptive.convergence import on_screen
 from tracer.core.arrays import Floats
+from tracer.core.device import to_host, upload
 from tracer.image import colour, objective
 from tracer.study.oracle_measurements import Truth
 
@@ -99,4 +101,5 @@ def rendered_allocation(truth: Truth, name: str, spp: float, by: str) -> Floats:
     """Return ``allocation`` in counts that suit the sequence of samples, with a mean that is a whole number."""
     counts = allocation(truth, name, spp, by)
     total = max(1, round(float(counts.mean()))) * counts.size
-    return budget.suit_sequence(counts * (total / counts.sum()), total, 1.0, float(total))
+    target = upload(mi.Float64, counts * (total / counts.sum()))
+    return to_host(budget.suit_sequence(target, total, 1.0, float(total)), counts.shape)

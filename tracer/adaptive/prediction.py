@@ -1,0 +1,47 @@
+"""Predict what an allocation gains over uniform sampling, and what it costs to decide."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+
+from tracer.adaptive.decision import Situation
+from tracer.core.device import upload
+from tracer.core.reductions import sums
+from tracer.core.smoothing import box, smoothed
+from tracer.film.estimate import Statistics
+
+RAYS_PER_DECISION = 3.5
+"""Cost of a decision (statistics, importance, another pass) per pixel, in rays of samples. On eight scenes of 49 000
+pixels a decision took 10 to 16 ms with two threads, and a ray 50 to 130 ns."""
+
+
+def cost_of_sample(statistics: Statistics) -> Any:
+    """Return the cost of a sample of each pixel (mi.Float64, row by row) in rays, averaged over 3 x 3 neighbours."""
+    height, width = statistics.rays.shape
+    (mean,) = smoothed(upload(mi.Float, statistics.rays), (height, width), box(3))
+    return mi.Float64(dr.maximum(mean, 1.0))
+
+
+def predicted_gain(share: Any, other_share: Any, deviation: Any, cost: Any) -> float:
+    """Return the gain at equal cost of samples n in proportion to ``share`` over samples as ``other_share`` has them.
+
+    All are mi.Float64, one entry per pixel. With the deviation s and the cost c of each pixel, error times cost is
+    sum s^2 / n times sum n c. With equal costs and n ~ s the gain over uniform sampling is 1 + CV^2 of s (Neyman,
+    1934). It is taken at equal cost rather than at equal samples, as the samples that are spared may have cost next to
+    nothing. A pixel with a deviation and without a share makes the gain 0.
+    """
+    errors = [dr.select(deviation > 0, dr.square(deviation) / n, mi.Float64(0)) for n in (share, other_share)]
+    error, other_error, spent, other_spent = sums(*errors, share * cost, other_share * cost)
+    return other_error * other_spent / (error * spent) if error > 0 else 1.0
+
+
+def predicted_overhead(statistics: Statistics, situation: Situation) -> float:
+    """Return the part of the time of uniform sampling that this decision takes; later decisions can be spared.
+
+    It is counted in rays, not in seconds, so that a picture does not depend on how busy the machine is.
+    """
+    rays = max(float(statistics.rays.mean()), 1.0) * (situation.horizon or situation.total) / situation.drawn.size
+    return RAYS_PER_DECISION / rays
