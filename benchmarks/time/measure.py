@@ -11,12 +11,15 @@ import drjit as dr
 import numpy as np
 
 from benchmarks.harness import Announce
-from benchmarks.time.ways import Timed, Way, in_turn, open_ways
+from benchmarks.time.ways import CRITERIA, SAMPLERS, Timed, Way, in_turn, open_ways, timed
 from tracer.core.stopwatch import NO_TIME, Seconds
 from tracer.scene.view import Size
 
-MOST_SAMPLES = 3e8
-"""Most samples of a picture that all ways render; beyond that only ours, adaptive, is timed, once."""
+MOST_SAMPLES = 2e7
+"""Most samples of a picture that all ways render in turn; beyond that only ours, adaptive, is timed, once."""
+ALL_WAYS = (*SAMPLERS, *CRITERIA)
+WARM_SPP = 4
+"""Samples per pixel of the picture that is rendered before that one, so that all kernels are compiled."""
 TURNS = 3
 """Number of pictures of every way."""
 
@@ -30,6 +33,7 @@ class Case:
     size: Size
     spp: int
     threads: int
+    ways: tuple[str, ...] = ALL_WAYS
 
 
 @dataclass(frozen=True)
@@ -51,23 +55,29 @@ class Row:
     """Median seconds on the clock and of the processor of each part; empty for ``mi.render``."""
 
     @property
-    def key(self) -> tuple[str, int, int, int, int]:
-        """What rows of different ways have in common."""
-        return self.scene, self.width, self.height, self.spp, self.threads
+    def key(self) -> tuple[str, int, int, int]:
+        """What pictures have in common that are rendered in different ways, or with other numbers of threads."""
+        return self.scene, self.width, self.height, self.spp
 
 
 def measure(cases: Sequence[Case], announce: Announce) -> Iterator[Row]:
     """Yield the rows of all cases; the scene is opened anew when it or its size changes."""
     for case in cases:
         announce(f"{case.scene}, {case.size}, {case.spp} spp, {case.threads} threads")
-        with limited_threads(case.threads), open_ways(case.path, case.size) as (view, ways):
+        with limited_threads(case.threads), open_ways(case.path, case.size, case.ways) as (view, ways):
             height, width = view.size
-            whole = width * height * case.spp <= MOST_SAMPLES
-            chosen: dict[str, Way] = ways if whole else {"fused": ways["fused"]}
+            is_large = width * height * case.spp > MOST_SAMPLES
             shapes = len(view.scene.shapes())
-            for name, times in in_turn(chosen, case.spp, TURNS if whole else 1).items():
+            timings = once(ways["fused"], case.spp) if is_large else in_turn(ways, case.spp, TURNS)
+            for name, times in timings.items():
                 walls, cpus = [time.whole.wall for time in times], [time.whole.cpu for time in times]
                 yield Row(case.scene, shapes, width, height, case.spp, case.threads, name, walls, cpus, parts_of(times))
+
+
+def once(way: Way, spp: int) -> dict[str, list[Timed]]:
+    """Return the time of one adaptive picture, after a smaller number of samples that is not counted."""
+    way(WARM_SPP, 0)
+    return {"fused": [timed(way, spp, 1)]}
 
 
 def parts_of(times: Sequence[Timed]) -> dict[str, tuple[float, float]]:

@@ -15,7 +15,8 @@ from benchmarks.time.first_call import WAYS as FIRST_WAYS
 from benchmarks.time.first_call import first_call
 from benchmarks.time.many_shapes import write_scene
 from benchmarks.time.measure import TURNS, Case, Row, measure
-from benchmarks.time.scaling import CORES, Work, work_of
+from benchmarks.time.scaling import CORES, work_of
+from benchmarks.time.ways import CRITERIA
 from tracer.core import backend
 from tracer.progress import StepCallback
 from tracer.study.tables import markdown_table
@@ -34,6 +35,8 @@ SIZED = ("spheres_and_rods", "window_interior", MADE)
 """Scenes that are rendered with more numbers of samples, in all sizes, and with one thread."""
 SIZES = ((128, 72), (512, 288), (1280, 720), (1920, 1080), (3840, 2160))
 """Sizes of their pictures, (width, height)."""
+SCALED_SIZE = SIZES[2]
+"""Size of the picture that tells what more cores would bring, next to that of WIDTH."""
 SIZED_SPP, LARGE_SPP = 16, 64
 """Samples per pixel of these pictures, and of the largest one once more."""
 PARTS = ("pilot", "drawing", "adding", "statistics", "deciding", "developing", "rest")
@@ -67,7 +70,8 @@ def all_cases(paths: dict[str, Path]) -> Iterable[Case]:
     for name in SIZED:
         for size in SIZES:
             yield Case(name, paths[name], size, SIZED_SPP, threads)
-        yield Case(name, paths[name], WIDTH, 64, 1)
+        yield Case(name, paths[name], WIDTH, LARGE_SPP, 1, ("owen_sobol", *CRITERIA))
+        yield Case(name, paths[name], SCALED_SIZE, SIZED_SPP, 1, ("fused",))
     yield Case(SIZED[0], paths[SIZED[0]], SIZES[-1], LARGE_SPP, threads)
 
 
@@ -78,7 +82,7 @@ def to_page(numbers: dict[str, Any]) -> str:
 {harness.written_by("time")}, on {harness.machine()}: median of
 {TURNS} pictures in every way, in turn, by seconds of the processor unless a table says otherwise."""
     of_scenes = [row for row in rows if row.width == WIDTH and row.threads == threads]
-    adaptive = [row for row in rows if row.way == "fused" and row.threads == threads and row.spp >= SIZED_SPP]
+    adaptive = [row for row in rows if row.way == "fused"]
     sections = {
         "The same samples": f"""
 Seconds of `mi.render` with `owen_sobol`, then what others take, over that, [least, most] of the turns. Pictures are
@@ -96,14 +100,14 @@ As in the first table, at {SIZED_SPP} spp and for other sizes.
         "Parts by size": f"""
 As above, for the largest picture at {LARGE_SPP} spp, too.
 
-{parts_table([row for row in rows if row.width != WIDTH and row.way == "fused"])}""",
+{parts_table([row for row in rows if row.width != WIDTH and row.way == "fused" and row.threads == threads])}""",
         "One thread": f"""
 As in the first table, with one thread at {LARGE_SPP} spp.
 
 {same_samples([row for row in rows if row.threads != threads])}""",
         "More cores": f"""
-A model of adaptive pictures: seconds in which one of {threads} threads worked alone stay, all others are shared by as
-many cores as there are. Part of the time in which one core works alone:
+A model of adaptive pictures from their times with one and with {threads} threads: the seconds in which one thread works
+alone stay, all others are shared by as many cores as there are. Part of the time in which one core works alone:
 
 {cores_table(adaptive, threads)}""",
         "The first picture of a program": f"""
@@ -132,7 +136,10 @@ def same_samples(rows: Sequence[Row]) -> str:
                 f"{base.width} x {base.height}",
                 str(base.spp),
                 f"{np.median(base.cpu):.2f}",
-                *(over(ways[way].cpu, base.cpu) for way in ("multijitter", "independent", "uniform", "fused")),
+                *(
+                    over(ways[way].cpu, base.cpu) if way in ways else "-"
+                    for way in ("multijitter", "independent", "uniform", "fused")
+                ),
                 over(ways["fused"].cpu, ways["uniform"].cpu),
             ]
         )
@@ -165,21 +172,16 @@ def parts_table(rows: Sequence[Row]) -> str:
 
 
 def cores_table(rows: Sequence[Row], threads: int) -> str:
-    """Return the table of the model."""
+    """Return the table of the model, for all pictures that were rendered with one thread, too."""
+    of_one = {row.key: row for row in rows if row.threads == 1}
     lines = []
     for row in rows:
-        work: Work = work_of(row.parts, threads)
+        if row.threads != threads or row.key not in of_one:
+            continue
+        work = work_of(row.parts, of_one[row.key].parts, threads)
         shares = [f"{100 * work.serial_share(cores):.1f} %" for cores in CORES]
-        lines.append(
-            [
-                row.scene,
-                f"{row.width} x {row.height}",
-                str(row.spp),
-                f"{work.serial:.3f}",
-                f"{work.parallel:.2f}",
-                *shares,
-            ]
-        )
+        size, seconds = f"{row.width} x {row.height}", [f"{work.serial:.3f}", f"{work.parallel:.2f}"]
+        lines.append([row.scene, size, str(row.spp), *seconds, *shares])
     headings = ["scene", "size", "spp", "s alone", "s shared", *(f"{cores} cores" for cores in CORES)]
     return markdown_table(headings, lines)
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from tracer.core.stopwatch import Seconds
-
+Parts = Mapping[str, tuple[float, float]]
+"""Seconds on the clock and of the processor of each part, by its name."""
 CORES = (2, 8, 32, 64)
 """Numbers of cores of the model."""
 
@@ -29,11 +29,17 @@ class Work:
         return self.serial / self.seconds(cores)
 
 
-def work_of(parts: Mapping[str, tuple[float, float]], threads: int) -> Work:
-    """Return the work of a picture whose parts took seconds on the clock and of the processor with ``threads``, >= 2.
+def work_of(parts: Parts, parts_of_one: Parts, threads: int) -> Work:
+    """Return the work of a picture whose parts took ``parts`` with ``threads``, >= 2, and ``parts_of_one`` with one.
 
-    Every part is taken to be in part serial, and else to occupy all threads.
+    A part that took t seconds on the clock with n threads and u with one has s seconds in which one thread works alone,
+    with t = s + (u - s) / n. Drawing is taken to have none: there s is small, and lost in the noise of t and u. The
+    seconds of the processor do not tell, as idle threads of Dr.Jit wait actively.
     """
-    serial = sum(Seconds(*part).serial(threads) for part in parts.values())
-    cpu = sum(part[1] for part in parts.values())
-    return Work(serial, max(cpu - serial, 0.0))
+    serial, whole = 0.0, 0.0
+    for name, (seconds, _) in parts.items():
+        seconds_of_one = parts_of_one.get(name, (seconds, 0.0))[0]
+        if name != "seconds_drawing":
+            serial += min(max((threads * seconds - seconds_of_one) / (threads - 1), 0.0), seconds)
+        whole += seconds_of_one
+    return Work(serial, max(whole - serial, 0.0))

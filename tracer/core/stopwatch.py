@@ -21,13 +21,6 @@ class Seconds:
     def __sub__(self, other: Seconds) -> Seconds:
         return Seconds(self.wall - other.wall, self.cpu - other.cpu)
 
-    def serial(self, threads: int) -> float:
-        """Return the seconds on the clock in which one thread worked alone, if all ``threads`` did in the others.
-
-        ``threads``: 2 or more. The processor has spent s + threads (wall - s) seconds then.
-        """
-        return min(max((threads * self.wall - self.cpu) / (threads - 1), 0.0), self.wall)
-
 
 NO_TIME = Seconds()
 """What nothing takes."""

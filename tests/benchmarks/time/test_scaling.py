@@ -6,9 +6,13 @@ from benchmarks.time.scaling import work_of
 
 
 def test_serial_seconds_stay_and_the_rest_is_shared():
-    # 1 s alone and 3 s with both threads; 0.5 s alone.
-    work = work_of({"seconds_drawing": (4.0, 7.0), "seconds_deciding": (0.5, 0.5)}, 2)
-    assert (work.serial, work.parallel) == (1.5, 6.0)
+    # Deciding: 0.5 s alone and 2 s for all threads. Drawing: 6 s for all.
+    work = work_of(
+        {"seconds_drawing": (3.1, 6.2), "seconds_deciding": (1.5, 3.0)},
+        {"seconds_drawing": (6.0, 6.0), "seconds_deciding": (2.5, 2.5)},
+        2,
+    )
+    assert (work.serial, work.parallel) == (0.5, 8.0)
     assert work.seconds(2) == 4.5
-    assert work.seconds(12) == 2.0
-    assert work.serial_share(12) == pytest.approx(0.75)
+    assert work.seconds(16) == 1.0
+    assert work.serial_share(16) == pytest.approx(0.5)

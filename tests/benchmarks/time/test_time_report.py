@@ -19,6 +19,7 @@ def test_a_report_is_written(tmp_path, monkeypatch):
         ("SPPS", (16, 64)),
         ("MORE_SPPS", (4,)),
         ("SIZES", ((48, 27),)),
+        ("SCALED_SIZE", (48, 27)),
         ("TURNS", 2),
     ):
         monkeypatch.setattr(measure if name == "TURNS" else report, name, value)
