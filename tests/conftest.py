@@ -11,6 +11,7 @@ import pytest
 from hypothesis import settings
 
 import tracer
+from tracer.adaptive import prediction
 
 settings.register_profile("same_every_time", derandomize=True, deadline=None)  # a machine may be slow
 settings.load_profile("same_every_time")
@@ -21,6 +22,15 @@ import mitsuba as mi  # noqa: E402
 
 PATIENCE = 500
 """Seconds after which a program that ends by itself is taken to hang, on however slow a machine."""
+
+
+@pytest.fixture(scope="session", autouse=True)
+def rays_per_decision():
+    """Let decisions pay in pictures as small as those of tests, and return what they are taken to cost otherwise."""
+    usual = prediction.RAYS_PER_DECISION
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(prediction, "RAYS_PER_DECISION", 0.0)
+        yield usual
 
 
 def small_scene(size=(24, 16), filter_name="gaussian", **film):

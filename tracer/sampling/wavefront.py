@@ -186,7 +186,8 @@ def rays_of_packets(rays: Any) -> Any:
 
     All lanes of a packet run as long as its longest path. Entries after the last lane are of no meaning.
     """
-    return dr.repeat(dr.block_reduce(dr.ReduceOp.Max, rays, PACKET), PACKET)
+    packet = min(PACKET, dr.width(rays))
+    return dr.repeat(dr.block_reduce(dr.ReduceOp.Max, rays, packet), packet)
 
 
 def lane_pixels(window: Window, first_pixel: int = 0) -> tuple[Any, Any]:
