@@ -76,6 +76,7 @@ def two_workers():
     from tracer.cluster.connection import connected, own_cluster
 
     with own_cluster(2) as cluster, connected(cluster) as client:
+        client.run(setattr, prediction, "RAYS_PER_DECISION", 0.0)  # as in this process
         yield client
 
 

@@ -78,7 +78,7 @@ def test_killed_at_any_moment_it_goes_on_or_begins_again(tmp_path):
         if (killed / "state.ckpt").exists():
             found = checkpoint.read(killed / "state.ckpt")  # raises if it is not whole
             samples.append(found.plain["done"])
-    assert len(set(samples)) > 2  # how far it comes in between depends on the machine
+    assert len(set(samples)) > 1  # how far it comes in between depends on the machine
     assert samples == sorted(samples)
     finish(command(scene, killed, "--resume", *options, **long))
     finish(command(scene, straight, *options, **long))
