@@ -14,6 +14,7 @@ from benchmarks.harness import Announce
 from benchmarks.time.ways import CRITERIA, SAMPLERS, Timed, Way, in_turn, open_ways, timed
 from tracer.core.stopwatch import NO_TIME, Seconds
 from tracer.scene.view import Size
+from tracer.session.memory import most_resident
 
 MOST_SAMPLES = 2e7
 """Most samples of a picture that all ways render in turn; beyond that only ours, adaptive, is timed, once."""
@@ -51,6 +52,8 @@ class Row:
     """Seconds on the clock, one for each turn."""
     cpu: list[float]
     """Seconds of the processor, one for each turn."""
+    memory: float
+    """Bytes of memory that the program has taken at most so far."""
     parts: dict[str, tuple[float, float]]
     """Median seconds on the clock and of the processor of each part; empty for ``mi.render``."""
 
@@ -71,7 +74,8 @@ def measure(cases: Sequence[Case], announce: Announce) -> Iterator[Row]:
             timings = once(ways["fused"], case.spp) if is_large else in_turn(ways, case.spp, TURNS)
             for name, times in timings.items():
                 walls, cpus = [time.whole.wall for time in times], [time.whole.cpu for time in times]
-                yield Row(case.scene, shapes, width, height, case.spp, case.threads, name, walls, cpus, parts_of(times))
+                setting = case.scene, shapes, width, height, case.spp, case.threads
+                yield Row(*setting, name, walls, cpus, most_resident(), parts_of(times))
 
 
 def once(way: Way, spp: int) -> dict[str, list[Timed]]:

@@ -19,6 +19,7 @@ from benchmarks.time.scaling import CORES, work_of
 from benchmarks.time.ways import CRITERIA
 from tracer.core import backend
 from tracer.progress import StepCallback
+from tracer.session.memory import GIB
 from tracer.study.tables import markdown_table
 
 FILES = (harness.PAGE, harness.NUMBERS)
@@ -98,7 +99,8 @@ As in the first table, at {SIZED_SPP} spp and for other sizes.
 
 {same_samples([row for row in rows if row.width != WIDTH and row.spp == SIZED_SPP])}""",
         "Parts by size": f"""
-As above, for the largest picture at {LARGE_SPP} spp, too.
+As above, for the largest picture at {LARGE_SPP} spp, too. GiB: memory that the benchmark has taken at most so far; of
+the last row, what that picture takes.
 
 {parts_table([row for row in rows if row.width != WIDTH and row.way == "fused" and row.threads == threads])}""",
         "One thread": f"""
@@ -166,9 +168,10 @@ def parts_table(rows: Sequence[Row]) -> str:
                 str(row.spp),
                 f"{wall:.2f}",
                 *(f"{share:.1f} %" for share in shares),
+                f"{row.memory / GIB:.2f}",
             ]
         )
-    return markdown_table(["scene", "size", "spp", "s", *PARTS], lines)
+    return markdown_table(["scene", "size", "spp", "s", *PARTS, "GiB"], lines)
 
 
 def cores_table(rows: Sequence[Row], threads: int) -> str:

@@ -104,7 +104,9 @@ def error_of_means(
 def at_pixels(columns: Sequence[Any], pixels: NDArray[np.uint32]) -> Floats:
     """Return K device arrays (mi.Float) at some pixels (N,), as (N, K)."""
     index = upload(mi.UInt32, pixels)
-    return np.stack([dr.gather(mi.Float, column, index).numpy() for column in columns], axis=-1).astype(np.float64)
+    chosen = [dr.gather(mi.Float, column, index) for column in columns]
+    dr.eval(chosen)
+    return np.stack([column.numpy() for column in chosen], axis=-1).astype(np.float64)
 
 
 def combine(columns: Sequence[Any], coefficients: Floats) -> Any:

@@ -81,6 +81,11 @@ def resident() -> float:
     statistics = Path("/proc/self/statm")
     if statistics.exists():
         return float(statistics.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    return most_resident()
+
+
+def most_resident() -> float:
+    """Return the most bytes of memory that this process has had so far."""
     most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return float(most if sys.platform == "darwin" else 1024 * most)
 
