@@ -207,7 +207,7 @@ def test_a_worker_of_another_version_that_comes_late_leaves_a_checkpoint(alone, 
     same(tracer.render(SCENE, checkpoint=path, resume=True, **SETTINGS), alone)
 
 
-def test_what_crashes_every_worker_is_a_sentence(two_workers, monkeypatch):
+def test_what_crashes_every_worker_is_a_sentence(monkeypatch):
     monkeypatch.setattr(messages, "draw_unit", crash)
     with own_cluster(2) as cluster, connected(cluster) as client, pytest.raises(ClusterError, match="Workers died"):
         tracer.render(SCENE, cluster=client, **SETTINGS)

@@ -3,9 +3,18 @@
 import numpy as np
 import pytest
 
-from tracer.cluster.round_policy import Observation, RoundPolicy, is_late, is_lost, silent_workers
+from tracer.cluster.round_policy import (
+    LONELY_SECONDS,
+    MOST_DEATHS,
+    Observation,
+    RoundPolicy,
+    is_late,
+    is_lost,
+    silent_workers,
+)
 from tracer.cluster.units import Unit, UnitRequest
 from tracer.cluster.work_balancer import Region
+from tracer.errors import ClusterError
 
 WORKERS = ["a", "b", "c"]
 
@@ -230,3 +239,37 @@ def test_who_was_not_heard_of_for_ten_seconds_hangs_unless_nobody_was():
     assert silent_workers({"a": 100.0, "b": 89.9, "c": 90.1}) == {"b"}
     assert silent_workers({"a": 1.0, "b": 2.0}) == set()
     assert silent_workers({}) == set()
+
+
+def see_workers_come_and_go(policy, times):
+    """Let both of two workers be replaced by others, ``times`` times."""
+    for turn in range(times):
+        policy.observe(seen(policy, [f"a{turn}", f"b{turn}"]), float(turn))
+
+
+def test_a_round_whose_workers_die_again_and_again_fails():
+    policy = policy_of(*(unit(10 * k) for k in range(4)), workers=["a", "b"])
+    policy.begin(0.0)
+    see_workers_come_and_go(policy, MOST_DEATHS)
+    with pytest.raises(ClusterError, match="Workers died"):
+        policy.observe(seen(policy, ["c", "d"]), 100.0)
+
+
+def test_workers_may_die_as_long_as_units_are_done():
+    policy = policy_of(*(unit(10 * k) for k in range(4)), workers=["a", "b"])
+    policy.begin(0.0)
+    see_workers_come_and_go(policy, MOST_DEATHS)
+    policy.complete(policy.waiting[0].requests[0], "b4", 1.0, 99.0)
+    policy.observe(seen(policy, ["c", "d"]), 100.0)
+
+
+def test_a_round_waits_for_workers_to_come_but_not_for_ever():
+    policy = policy_of(unit(0), workers=["a"])
+    policy.begin(0.0)
+    for now in (1.0, LONELY_SECONDS):
+        policy.observe(seen(policy, []), now)
+    policy.observe(seen(policy, ["b"]), LONELY_SECONDS + 1)
+    policy.observe(seen(policy, []), LONELY_SECONDS + 2)
+    policy.observe(seen(policy, []), 2 * LONELY_SECONDS)
+    with pytest.raises(ClusterError, match="All workers are gone"):
+        policy.observe(seen(policy, []), 2 * LONELY_SECONDS + 3)

@@ -23,7 +23,7 @@ except ImportError:
 
 from tracer.cluster.bundle import Bundle, pack
 from tracer.cluster.event_loop import event_loop
-from tracer.cluster.round_policy import silent_workers
+from tracer.cluster.round_policy import MOST_DEATHS, silent_workers
 from tracer.cluster.worker_scene import THREADS
 from tracer.cluster.worker_setup import Setup, require_same, software
 from tracer.cluster.worker_task import prepare
@@ -32,8 +32,6 @@ logger = logging.getLogger(__name__)
 
 LONGEST_WAIT = 20.0
 """Most seconds to wait for a scheduler, or for its first worker."""
-MOST_DEATHS = 5
-"""Number of workers of our own cluster that may die over one unit before the unit is taken to be the cause."""
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from distributed.client import ClosedClientError
 from distributed.utils_comm import gather_from_workers
 
 from tracer.cluster.connection import Connection
-from tracer.cluster.round_policy import Observation
+from tracer.cluster.round_policy import WORKERS_DIED, Observation
 from tracer.cluster.units import UnitRequest
 from tracer.cluster.worker_task import draw_unit, reported
 from tracer.errors import ClusterError
@@ -172,10 +172,7 @@ def gone(connection: Connection) -> ClusterError:
 def explained(error: BaseException) -> BaseException:
     """Return an error that a person understands in place of an error of Dask; other errors are returned as they are."""
     if isinstance(error, KilledWorker):
-        return ClusterError(
-            "Workers died over the same unit again and again: Mitsuba crashes, most likely over something in the "
-            "scene that it does not check, or their memory runs out."
-        )
+        return ClusterError(WORKERS_DIED)
     if isinstance(error, ImportError | AttributeError):
         return ClusterError(f"A worker cannot load tracer ({error}); install the same version there.")
     return error

@@ -14,6 +14,7 @@ from statistics import median
 from tracer.cluster.units import Unit, UnitRequest, sample_count
 from tracer.cluster.work_balancer import deal, expected_seconds
 from tracer.cluster.work_pool import IN_HAND, WorkPool
+from tracer.errors import ClusterError
 
 LATE = 3.0
 """A unit is late if it takes more than LATE times the median of the units that are done, and more than LATE_SECONDS.
@@ -25,6 +26,16 @@ SILENT_SECONDS = 10.0
 scheduler every 0.5 to 5 seconds."""
 MOST_SCENE_TRIES = 3
 """How often a unit may be asked for again because a worker had no scene, before the round fails."""
+MOST_DEATHS = 5
+"""Number of workers that may die over one unit before the unit is taken to be the cause. A round fails if as many have
+gone for each worker that it began with, and meanwhile no unit was done."""
+LONELY_SECONDS = 60.0
+"""Seconds without any worker after which a round fails."""
+WORKERS_DIED = (
+    "Workers died over the same unit again and again: Mitsuba crashes, most likely over something in the "
+    "scene that it does not check, or their memory runs out."
+)
+"""Why a round fails whose units end the workers that draw them."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +72,12 @@ class RoundPolicy:
         """The units among them that no worker was asked for yet."""
         self.workers = list(workers)
         """All workers, as last observed, with those that hang."""
+        self.most_deaths = MOST_DEATHS * len(self.workers)
+        """Number of workers that may go without a unit done in between."""
+        self.deaths = 0
+        """Number of workers that have gone since the last unit was done."""
+        self.lonely_since: float | None = None
+        """Time since which there is no worker."""
         self.answering = [worker for worker in workers if worker not in silent]
         """The workers among them that do not hang."""
         self.in_hand: Counter[str] = Counter()
@@ -98,6 +115,7 @@ class RoundPolicy:
         for answered in list(unit.requests):
             self.withdraw(answered)
         self.waiting.remove(unit)
+        self.deaths = 0
         self.last_done[worker] = now
         self.unit_seconds.append(seconds)
         free = [name for name in dict.fromkeys([worker, *asked]) if name is not None]
@@ -117,7 +135,11 @@ class RoundPolicy:
         return Orders(asked=[self.ask(request.unit, None, now, request.anew)])
 
     def observe(self, seen: Observation, now: float) -> Orders:
-        """Ask again for units that are lost, and idle workers for units that are late; give new workers units."""
+        """Ask again for units that are lost, and idle workers for units that are late; give new workers units.
+
+        Raises ClusterError if there is no hope for the round, as its workers are gone.
+        """
+        self.count_deaths(seen.workers, now)
         self.workers = list(seen.workers)
         self.answering = [worker for worker in seen.workers if worker not in seen.silent]
         orders = self.replace_gone(now)
@@ -134,6 +156,18 @@ class RoundPolicy:
         late = [unit for unit in under_way if is_late(unit, seen, self.last_done, now, patience)]
         orders.asked += [self.ask(unit, worker, now, anew=True) for unit, worker in zip(late, idle, strict=False)]
         return orders
+
+    def count_deaths(self, workers: Sequence[str], now: float) -> None:
+        """Note which workers are gone. Raises ClusterError if they are too many, or if there was none for long."""
+        self.deaths += len(set(self.workers) - set(workers))
+        if self.deaths > self.most_deaths:
+            raise ClusterError(WORKERS_DIED)
+        if workers:
+            self.lonely_since = None
+            return
+        self.lonely_since = now if self.lonely_since is None else self.lonely_since
+        if now - self.lonely_since > LONELY_SECONDS:
+            raise ClusterError(f"All workers are gone, and none has come for {LONELY_SECONDS:.0f} seconds.")
 
     def replace_gone(self, now: float) -> Orders:
         """Cancel requests to workers that are gone, and ask any worker for the units that no other worker has.
