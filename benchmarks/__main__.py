@@ -26,8 +26,8 @@ ABOUT = {
 """For each benchmark, by its name, what it measures and how long it takes on two cores."""
 Output = Annotated[Path, typer.Option("--output", "-o", help="Folder to write to.", show_default=False)]
 Public = Annotated[Path, typer.Argument(help="Folder with the folders meshes and molecules.", show_default=False)]
-
 Scenes = Annotated[Path, typer.Argument(help="Folder with folders that have a scene.xml.", show_default=False)]
+Resume = Annotated[bool, typer.Option("--resume", help="Keep what was measured before it was stopped.")]
 
 
 class Reports(TyperGroup):
@@ -87,14 +87,20 @@ def viewpoint(
     perform("viewpoint", output, overwrite, quiet, public)
 
 
-def time(scenes: Scenes, output: Output, overwrite: options.Overwrite = False, quiet: options.Quiet = False) -> None:
+def time(
+    scenes: Scenes,
+    output: Output,
+    overwrite: options.Overwrite = False,
+    resume: Resume = False,
+    quiet: options.Quiet = False,
+) -> None:
     """Time pictures of the bundled scenes and of those in a folder."""
     if not any(scenes.glob("*/scene.xml")):
         raise SceneError(f"There is no scene '{scenes}/NAME/scene.xml'; name the folder with the folders of scenes.")
-    perform("time", output, overwrite, quiet, scenes)
+    perform("time", output, overwrite or resume, quiet, scenes, resume)
 
 
-WITH_FOLDER = {"time": time, "viewpoint": viewpoint}
+WITH_FOLDER: dict[str, Callable[..., None]] = {"time": time, "viewpoint": viewpoint}
 """Commands that are given a folder to read."""
 
 for name, about in ABOUT.items():

@@ -10,7 +10,6 @@ from pathlib import Path
 import drjit as dr
 import numpy as np
 
-from benchmarks.harness import Announce
 from benchmarks.time.ways import CRITERIA, SAMPLERS, Timed, Way, in_turn, open_ways, timed
 from tracer.core.stopwatch import NO_TIME, Seconds
 from tracer.scene.view import Size
@@ -35,6 +34,10 @@ class Case:
     spp: int
     threads: int
     ways: tuple[str, ...] = ALL_WAYS
+
+    def __str__(self) -> str:
+        size = f"{self.size[0]} x {self.size[1]}" if isinstance(self.size, tuple) else self.size
+        return f"{self.scene}, {size}, {self.spp} spp, {self.threads} threads"
 
 
 @dataclass(frozen=True)
@@ -63,19 +66,19 @@ class Row:
         return self.scene, self.width, self.height, self.spp
 
 
-def measure(cases: Sequence[Case], announce: Announce) -> Iterator[Row]:
-    """Yield the rows of all cases; the scene is opened anew when it or its size changes."""
-    for case in cases:
-        announce(f"{case.scene}, {case.size}, {case.spp} spp, {case.threads} threads")
-        with limited_threads(case.threads), open_ways(case.path, case.size, case.ways) as (view, ways):
-            height, width = view.size
-            is_large = width * height * case.spp > MOST_SAMPLES
-            shapes = len(view.scene.shapes())
-            timings = once(ways["fused"], case.spp) if is_large else in_turn(ways, case.spp, TURNS)
-            for name, times in timings.items():
-                walls, cpus = [time.whole.wall for time in times], [time.whole.cpu for time in times]
-                setting = case.scene, shapes, width, height, case.spp, case.threads
-                yield Row(*setting, name, walls, cpus, most_resident(), parts_of(times))
+def measure(case: Case) -> list[Row]:
+    """Return the rows of a case, one for each way."""
+    rows = []
+    with limited_threads(case.threads), open_ways(case.path, case.size, case.ways) as (view, ways):
+        height, width = view.size
+        is_large = width * height * case.spp > MOST_SAMPLES
+        shapes = len(view.scene.shapes())
+        timings = once(ways["fused"], case.spp) if is_large else in_turn(ways, case.spp, TURNS)
+        for name, times in timings.items():
+            walls, cpus = [time.whole.wall for time in times], [time.whole.cpu for time in times]
+            setting = case.scene, shapes, width, height, case.spp, case.threads
+            rows.append(Row(*setting, name, walls, cpus, most_resident(), parts_of(times)))
+    return rows
 
 
 def once(way: Way, spp: int) -> dict[str, list[Timed]]:

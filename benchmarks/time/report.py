@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import tempfile
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +20,7 @@ from benchmarks.time.measure import TURNS, Case, Row, measure
 from benchmarks.time.scaling import CORES, work_of
 from benchmarks.time.ways import CRITERIA
 from tracer.core import backend
+from tracer.errors import SettingsError
 from tracer.progress import StepCallback
 from tracer.session.memory import GIB
 from tracer.study.tables import markdown_table
@@ -44,22 +47,53 @@ PARTS = ("pilot", "drawing", "adding", "statistics", "deciding", "developing", "
 """Parts of a render, as the report names them after ``seconds_``."""
 
 
-def report(folder: Path, progress: StepCallback, public: Path) -> None:
-    """Time everything, and write ``FILES``. Raises KeyboardInterrupt if ``progress`` stops it."""
+def report(folder: Path, progress: StepCallback, public: Path, resume: bool = False) -> None:
+    """Time everything, and write ``FILES`` after each case. ``resume``: keep cases that were measured before.
+
+    Raises KeyboardInterrupt if ``progress`` stops it; raises SettingsError if another machine has measured before.
+    """
+    numbers: dict[str, Any] = {"machine": harness.machine(), "threads": backend.thread_count(), "cases": {}}
+    if resume:
+        numbers = measured_before(folder / harness.NUMBERS, harness.machine())
+    measured = numbers["cases"]
     with tempfile.TemporaryDirectory() as made:
-        write_scene(Path(made) / "scene.xml", SHAPES)
-        paths = {path.stem: path for path in harness.bundled_scenes()}
-        paths |= {path.parent.name: path for path in sorted(public.glob("*/scene.xml"))}
-        paths[MADE] = Path(made) / "scene.xml"
-        cases = list(all_cases(paths))
-        announce = harness.StepCounter(progress, len(cases) + len(SIZED))
-        first = []
-        for name in SIZED:
-            announce(f"{name}: first picture of a program")
-            first += [{"scene": name, "way": way, **first_call(paths[name], WIDTH, 16, way)} for way in FIRST_WAYS]
-        rows = [asdict(row) for row in measure(cases, announce)]
-    numbers = {"threads": backend.thread_count(), "first": first, "rows": rows}
-    harness.write(folder, numbers, to_page(numbers))
+        paths = all_scenes(public, Path(made) / "scene.xml")
+        steps = {f"{name}: first picture of a program": partial(first_rows, name, paths[name]) for name in SIZED}
+        steps |= {str(case): partial(case_rows, case) for case in all_cases(paths)}
+        announce = harness.StepCounter(progress, len(steps))
+        for step, rows_of in steps.items():
+            announce(step)
+            if step not in measured:
+                measured[step] = rows_of()
+                harness.write(folder, numbers, to_page(numbers))
+
+
+def measured_before(path: Path, machine: str) -> dict[str, Any]:
+    """Return the numbers that a benchmark on this machine has left. Raises SettingsError if there are none."""
+    if not path.exists():
+        raise SettingsError(f"There is no '{path}' to go on with.")
+    numbers: dict[str, Any] = json.loads(path.read_text())
+    if numbers["machine"] != machine:
+        raise SettingsError(f"'{path}' was measured on {numbers['machine']}, not on {machine}; measure it anew.")
+    return numbers
+
+
+def all_scenes(public: Path, made: Path) -> dict[str, Path]:
+    """Return the files of the bundled scenes, of those in a folder, and of one that is written to ``made``."""
+    write_scene(made, SHAPES)
+    paths = {path.stem: path for path in harness.bundled_scenes()}
+    paths |= {path.parent.name: path for path in sorted(public.glob("*/scene.xml"))}
+    return {**paths, MADE: made}
+
+
+def first_rows(name: str, path: Path) -> list[dict[str, Any]]:
+    """Return the seconds of the first picture of a program, for each way."""
+    return [{"scene": name, "way": way, **first_call(path, WIDTH, 16, way)} for way in FIRST_WAYS]
+
+
+def case_rows(case: Case) -> list[dict[str, Any]]:
+    """Return the rows of a case as plain values."""
+    return [asdict(row) for row in measure(case)]
 
 
 def all_cases(paths: dict[str, Path]) -> Iterable[Case]:
@@ -78,9 +112,11 @@ def all_cases(paths: dict[str, Path]) -> Iterable[Case]:
 
 def to_page(numbers: dict[str, Any]) -> str:
     """Return the results as Markdown."""
-    rows, threads = [Row(**row) for row in numbers["rows"]], numbers["threads"]
+    cases, threads = numbers["cases"].values(), numbers["threads"]
+    rows = [Row(**row) for case in cases for row in case if "parts" in row]
+    first = [row for case in cases for row in case if "parts" not in row]
     introduction = f"""
-{harness.written_by("time")}, on {harness.machine()}: median of
+{harness.written_by("time")}, on {numbers["machine"]}: median of
 {TURNS} pictures in every way, in turn, by seconds of the processor unless a table says otherwise."""
     of_scenes = [row for row in rows if row.width == WIDTH and row.threads == threads]
     adaptive = [row for row in rows if row.way == "fused"]
@@ -116,7 +152,7 @@ alone stay, all others are shared by as many cores as there are. Part of the tim
 Seconds on the clock at 16 spp, {WIDTH} pixels wide, without kernels from earlier programs: opening the scene, the first
 picture, what compiling took of that, the second picture.
 
-{first_table(numbers["first"])}""",
+{first_table(first)}""",
     }
     return harness.page("Time", introduction, sections)
 

@@ -6,6 +6,7 @@ import pytest
 
 from benchmarks import harness
 from benchmarks.time import measure, report
+from tracer.errors import SettingsError
 
 
 @pytest.mark.slow
@@ -30,9 +31,22 @@ def test_a_report_is_written(tmp_path, monkeypatch):
     report.report(tmp_path, lambda text, done, total: steps.append((done, total)), tmp_path / "public")
     assert steps[-1][0] == steps[-1][1] - 1
     numbers = json.loads((tmp_path / "results.json").read_text())
-    ways = {row["way"] for row in numbers["rows"]}
+    rows = [row for case in numbers["cases"].values() for row in case if "parts" in row]
+    ways = {row["way"] for row in rows}
     assert ways == {"multijitter", "independent", "owen_sobol", "uniform", "fused"}
-    assert all(len(row["cpu"]) == 2 for row in numbers["rows"] if row["way"] != "fused")
+    assert all(len(row["cpu"]) == 2 for row in rows if row["way"] != "fused")
+    monkeypatch.setattr(report, "measure", lambda case: pytest.fail(f"{case} is measured again"))
+    report.report(tmp_path, lambda *now: True, tmp_path / "public", resume=True)
     text = (tmp_path / "results.md").read_text()
     assert "nan" not in text
     assert "| made | 7 |" in text
+
+
+def test_only_what_this_machine_has_measured_is_gone_on_with(tmp_path):
+    path = tmp_path / "results.json"
+    with pytest.raises(SettingsError, match="There is no"):
+        report.measured_before(path, "A")
+    path.write_text(json.dumps({"machine": "B", "cases": {}}))
+    with pytest.raises(SettingsError, match="measured on B, not on A"):
+        report.measured_before(path, "A")
+    assert report.measured_before(path, "B") == {"machine": "B", "cases": {}}
