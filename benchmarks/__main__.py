@@ -50,7 +50,7 @@ app = typer.Typer(
 )
 
 
-def perform(name: str, output: Path, overwrite: bool, quiet: bool, *arguments: Any) -> None:
+def perform(name: str, output: Path, overwrite: bool, quiet: bool, *arguments: Any, variant: str | None = None) -> None:
     """Run a benchmark with a progress bar, and write its report.
 
     ``arguments`` are those of its function ``report`` after the folder and the progress callback. Raises TracerError.
@@ -59,7 +59,7 @@ def perform(name: str, output: Path, overwrite: bool, quiet: bool, *arguments: A
     from tracer.core import backend
     from tracer.io.atomic import prepare_folder
 
-    backend.activate()
+    backend.activate(variant)
     report = importlib.import_module(f"benchmarks.{name}.report")
     prepare_folder(output, overwrite, report.FILES)
     with steps(quiet) as progress:
@@ -92,12 +92,13 @@ def time(
     output: Output,
     overwrite: options.Overwrite = False,
     resume: Resume = False,
+    variant: Annotated[str | None, typer.Option(help="Mitsuba variant. (llvm_ad_rgb)")] = None,
     quiet: options.Quiet = False,
 ) -> None:
     """Time pictures of the bundled scenes and of those in a folder."""
     if not any(scenes.glob("*/scene.xml")):
         raise SceneError(f"There is no scene '{scenes}/NAME/scene.xml'; name the folder with the folders of scenes.")
-    perform("time", output, overwrite or resume, quiet, scenes, resume)
+    perform("time", output, overwrite or resume, quiet, scenes, resume, variant=variant)
 
 
 WITH_FOLDER: dict[str, Callable[..., None]] = {"time": time, "viewpoint": viewpoint}

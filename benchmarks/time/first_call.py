@@ -1,7 +1,7 @@
 """What the first picture of a program takes beyond the next ones: opening, tracing, compiling.
 
-Run as a program of its own, ``python -m benchmarks.time.first_call SCENE WIDTH SPP``, with a home folder without
-compiled kernels; it writes its numbers as JSON.
+Run as a program of its own, ``python -m benchmarks.time.first_call SCENE WIDTH SPP WAY VARIANT``, with a home folder
+without compiled kernels; it writes its numbers as JSON.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import drjit as dr
+import mitsuba as mi
 
 from tracer.core import backend
 
@@ -25,7 +26,8 @@ WAYS = ("owen_sobol", "uniform", "fused")
 
 def first_call(path: Path, width: int, spp: int, way: str) -> dict[str, float]:
     """Return the seconds of the first picture in a new program. Raises CalledProcessError if it fails."""
-    command = [sys.executable, "-m", "benchmarks.time.first_call", str(path.resolve()), str(width), str(spp), way]
+    arguments = [str(path.resolve()), str(width), str(spp), way, mi.variant()]
+    command = [sys.executable, "-m", "benchmarks.time.first_call", *arguments]
     with tempfile.TemporaryDirectory() as home:  # where Dr.Jit keeps compiled kernels
         ran = subprocess.run(
             command, env={**os.environ, "HOME": home}, check=True, capture_output=True, text=True, cwd=os.getcwd()
@@ -56,6 +58,6 @@ def main(path: Path, width: int, spp: int, name: str) -> dict[str, float]:
 
 
 if __name__ == "__main__":
-    backend.activate()
-    scene, width, spp, way_name = sys.argv[1:]
+    scene, width, spp, way_name, variant = sys.argv[1:]
+    backend.activate(variant)
     sys.stdout.write(json.dumps(main(Path(scene), int(width), int(spp), way_name)) + "\n")

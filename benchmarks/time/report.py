@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import mitsuba as mi
 import numpy as np
 
 from benchmarks import harness
@@ -105,8 +106,9 @@ def all_cases(paths: dict[str, Path]) -> Iterable[Case]:
     for name in SIZED:
         for size in SIZES:
             yield Case(name, paths[name], size, SIZED_SPP, threads)
-        yield Case(name, paths[name], WIDTH, LARGE_SPP, 1, ("owen_sobol", *CRITERIA))
-        yield Case(name, paths[name], SCALED_SIZE, SIZED_SPP, 1, ("fused",))
+        if mi.variant().startswith("llvm_"):
+            yield Case(name, paths[name], WIDTH, LARGE_SPP, 1, ("owen_sobol", *CRITERIA))
+            yield Case(name, paths[name], SCALED_SIZE, SIZED_SPP, 1, ("fused",))
     yield Case(SIZED[0], paths[SIZED[0]], SIZES[-1], LARGE_SPP, threads)
 
 

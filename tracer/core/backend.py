@@ -176,12 +176,15 @@ def has_cuda_driver() -> bool:
 
 
 def processor() -> str:
-    """Return the name of the processor, for a table that names its machine."""
-    information = Path("/proc/cpuinfo")
-    if information.exists():
-        for line in information.read_text().splitlines():
-            if line.startswith("model name"):
-                return line.partition(":")[2].strip()
+    """Return the name of the processor, or of the GPU of a CUDA variant, for a table that names its machine."""
+    import mitsuba as mi
+
+    files, key = [Path("/proc/cpuinfo")], "model name"
+    if (mi.variant() or "").startswith("cuda_"):
+        files, key = sorted(Path("/proc/driver/nvidia/gpus").glob("*/information")), "Model:"
+    for line in (line for file in files if file.exists() for line in file.read_text().splitlines()):
+        if line.startswith(key):
+            return line.partition(":")[2].strip()
     return platform.processor() or platform.machine()
 
 

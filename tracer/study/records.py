@@ -66,9 +66,11 @@ class Gains:
     """Gain at equal time."""
     trimmed: Gain
     """Gain in the trimmed relMSE, at equal samples."""
+    trimmed_time: Gain
+    """Gain in the trimmed relMSE, at equal time."""
 
 
-GAINS = ("samples", "time", "trimmed")
+GAINS = ("samples", "time", "trimmed", "trimmed_time")
 """Names of the gains, which are fields of ``Gains``."""
 
 
@@ -106,6 +108,8 @@ class Row:
     """The same at equal time."""
     gain_trimmed: Interval | None
     """The same as gain_samples, but in the trimmed relMSE."""
+    gain_trimmed_time: Interval | None
+    """The same as gain_time, but in the trimmed relMSE."""
     oracle_share: float | None
     """log(gain_samples) / log(limit), over a uniform baseline; None where there is next to nothing to gain. The limit
     is the gain of the study's oracle by samples for the method's objective. Without such an oracle it is the limit of
@@ -129,6 +133,7 @@ class Mean:
     gain_samples: Interval
     gain_time: Interval
     gain_trimmed: Interval
+    gain_trimmed_time: Interval
     worst: float
     """Least gain_samples of any scene."""
     worst_scene: str

@@ -42,9 +42,9 @@ class Results:
         rows = [row for facts in self.scenes for row in self.rows_of(facts, gains, limits)]
         means = []
         for (budget, method), scene_gains in gains.items():
-            samples, times, trimmed = (
-                geometric_mean([getattr(entry, name) for entry in scene_gains]) for name in GAINS
-            )
+            overall = {
+                f"gain_{name}": geometric_mean([getattr(entry, name) for entry in scene_gains]) for name in GAINS
+            }
             worst = min(scene_gains, key=lambda entry: entry.samples.value)
             oracles = [limits[entry.scene, budget, method] for entry in scene_gains]
             rated = self.is_rated(method)
@@ -53,9 +53,7 @@ class Results:
                     budget=budget,
                     method=method,
                     scenes=len(scene_gains),
-                    gain_samples=samples,
-                    gain_time=times,
-                    gain_trimmed=trimmed,
+                    **overall,
                     worst=worst.samples.value,
                     worst_scene=worst.scene,
                     worst_time=min(entry.time.value for entry in scene_gains),
@@ -170,9 +168,7 @@ class Results:
             seconds=float(np.exp(np.mean([np.log(entry.took.seconds) for entry in group]))),
             drawing=float(np.mean([entry.took.seconds_drawing / entry.took.seconds for entry in group])),
             scores=Scores(*(float(np.mean([getattr(entry.scores, name) for entry in group])) for name in SCORES)),
-            gain_samples=None if gains is None else gains.samples.interval,
-            gain_time=None if gains is None else gains.time.interval,
-            gain_trimmed=None if gains is None else gains.trimmed.interval,
+            **{f"gain_{name}": None if gains is None else getattr(gains, name).interval for name in GAINS},
             oracle_share=share(gains.samples.value, most.samples) if gains and rated and most.samples else None,
             oracle_time_share=share(gains.time.value, most.time) if gains and rated and most.time else None,
             paired=all(entry.took.run == counterpart.took.run for entry, counterpart in pairs),
@@ -203,9 +199,11 @@ def compare(pairs: Sequence[tuple[Measurement, Measurement]], rate: float, error
 
     samples = [method.took.samples / baseline.took.samples for method, baseline in pairs]
     seconds = [method.took.seconds / baseline.took.seconds for method, baseline in pairs]
+    whole, trimmed = errors(error), errors(lambda scores: scores.relative_mse_trimmed)
     return Gains(
         scene,
-        gain(*errors(error), samples, key=key),
-        gain(*errors(error), seconds, rate, key),
-        gain(*errors(lambda scores: scores.relative_mse_trimmed), samples, key=key),
+        gain(*whole, samples, key=key),
+        gain(*whole, seconds, rate, key),
+        gain(*trimmed, samples, key=key),
+        gain(*trimmed, seconds, rate, key),
     )

@@ -97,6 +97,7 @@ def markdown(results: Results) -> str:
     parts = []
     for budget in dict.fromkeys(row.budget for row in rows):
         parts += [f"## Gains, {budget}\n", gains(results, rows, means, budget)]
+        parts += [f"## Gains at equal time, {budget}\n", gains_at_equal_time(results, rows, means, budget)]
         if (denoised := denoising(results, budget)) is not None:
             parts += [f"## Denoised over noisy, {budget}\n", denoised]
         parts += [f"## Seconds, {budget}\n", seconds([row for row in rows if row.budget == budget])]
@@ -130,6 +131,31 @@ def gains(results: Results, rows: Sequence[Row], means: Sequence[Mean], budget: 
     return markdown_table(
         [f"{budget}, {measured(results.plan)} of {baseline} over that of", *methods, "1 + CV²"], lines
     )
+
+
+def gains_at_equal_time(results: Results, rows: Sequence[Row], means: Sequence[Mean], budget: str) -> str:
+    """Return the gains at equal time: a line per scene and for the mean, a column per method."""
+    baseline = results.plan.compared_with
+    methods = [method.name for method in results.plan.methods if method.name != baseline]
+    row_of = {(row.scene, row.method): row for row in rows if row.budget == budget}
+    lines = []
+    for facts in results.scenes:
+        scene_rows = [row_of.get((facts.name, method)) for method in methods]
+        lines.append([facts.name, *(time_gain_text(row) if row else "failed" for row in scene_rows)])
+    overall = {mean.method: mean for mean in means if mean.budget == budget}
+    texts = [
+        ", ".join(
+            mean_text(overall.get(method), field, len(results.scenes)) for field in ("gain_time", "gain_trimmed_time")
+        )
+        for method in methods
+    ]
+    lines.append(["**geometric mean**", *(f"**{text}**" for text in texts)])
+    return markdown_table([f"{budget}, {measured(results.plan)}, then trimmed", *methods], lines)
+
+
+def time_gain_text(row: Row) -> str:
+    """Return the gains of a row at equal time as text, in its error and in the trimmed one."""
+    return f"{bounds(row.gain_time)}, {bounds(row.gain_trimmed_time)}" + ("" if row.paired else UNPAIRED_MARK)
 
 
 def denoising(results: Results, budget: str) -> str | None:
