@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from tracer import criteria
 from tracer.adaptive.schedule import round_goals
 from tracer.cluster.work_balancer import LEAST_SECONDS, MOST_SECONDS, SCHEDULER_SECONDS, UNITS_PER_WORKER
 from tracer.settings import make_settings
@@ -59,7 +60,7 @@ class Times:
 
 def times(constants: Constants, pixels: int, spp: int, workers: int) -> Times:
     """Return the times of a picture with identical workers of one thread each."""
-    goals = round_goals(make_settings(spp=spp), True, pixels)
+    goals = round_goals(make_settings(spp=spp), criteria.get("fused"), pixels)
     drawing = scheduling = 0.0
     for samples in (after - before for before, after in zip([0, *goals], goals, strict=False)):
         thread_seconds = samples * constants.sample

@@ -35,7 +35,7 @@ def write(path, values):
 
 @pytest.mark.parametrize("criterion", ["uniform", "fused", "variance", "shape_entropy"])
 def test_a_mask_steers_every_criterion(cornell, criterion):
-    result = tracer.render(cornell(), spp=32, criterion=criterion, importance=mask())
+    result = tracer.render(cornell(), spp=32, pilot_spp=4, criterion=criterion, importance=mask())
     assert result.samples.sum() == 32 * result.samples.size
     assert result.samples[:, :11].max() <= 8
     assert result.samples[:, 13:].min() >= 4
@@ -109,7 +109,7 @@ def test_what_is_no_importance_is_refused(cornell, settings, said):
 
 def test_every_criterion_gives_the_least_where_nothing_is_wanted(cornell):
     for name in criteria.names():
-        samples = tracer.render(cornell(), spp=16, criterion=name, importance=mask()).samples
+        samples = tracer.render(cornell(), spp=16, pilot_spp=4, criterion=name, importance=mask()).samples
         assert samples.sum() == 16 * samples.size
         assert samples[:, :11].max() <= 5, name
 

@@ -110,7 +110,7 @@ def test_sums_of_a_render_are_those_of_its_samples(cornell, monkeypatch, name):
 
     monkeypatch.setitem(registry.registered, name, dataclasses.replace(rule, importance=spy))
     with open_scene(cornell()) as view:
-        render_request(Request(view, {"criterion": name, "spp": 16, "seed": 3}))
+        render_request(Request(view, {"criterion": name, "spp": 16, "pilot_spp": 4, "seed": 3}))
         pixel = mi.UInt32(np.arange(view.pixel_count, dtype=np.uint32))
         sampler = mi.load_dict({"type": "owen_sobol"})
         samples = []

@@ -32,7 +32,7 @@ def test_budget_is_spent_exactly(cornell, criterion, spp):
 
 
 def test_what_a_result_holds(cornell):
-    result = tracer.render(cornell(pixel_format="rgba"), spp=16)
+    result = tracer.render(cornell(pixel_format="rgba"), spp=32)
     assert result.image.shape == result.stderr.shape == (16, 24, 4)
     assert result.samples.shape == result.complexity.shape == (16, 24)
     kinds = (result.image.dtype, result.samples.dtype, result.stderr.dtype, result.complexity.dtype)

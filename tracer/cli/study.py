@@ -18,7 +18,8 @@ def study(
     plan: Annotated[
         str,
         typer.Argument(
-            help="TOML file, or smoke, standard, public, rules, objectives, denoise, time or volumes.", show_default=False
+            help="TOML file, or smoke, standard, public, rules, objectives, denoise, time or volumes.",
+            show_default=False,
         ),
     ],
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for page, tables and numbers.")],

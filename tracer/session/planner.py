@@ -11,7 +11,7 @@ import numpy as np
 
 from tracer.adaptive.allocation import decide, relative
 from tracer.adaptive.decision import Decision, Situation
-from tracer.adaptive.schedule import Schedule
+from tracer.adaptive.schedule import Schedule, first_samples
 from tracer.adaptive.sharing import share_out
 from tracer.complexity.pilot import Complexity
 from tracer.core import threads
@@ -117,7 +117,7 @@ class Planner:
         """Return whether a round that ends with ``goal`` samples is there to learn from: all pixels get the same."""
         if state.held_out is not None:
             return False
-        return self.holds_out or goal <= self.settings.pilot_samples * self.view.pixel_count
+        return self.holds_out or goal <= first_samples(self.settings, self.criterion) * self.view.pixel_count
 
     def evidence(self, state: State, known: Statistics | None) -> Evidence:
         """Return what a criterion decides by."""
