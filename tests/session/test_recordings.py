@@ -2,6 +2,7 @@
 
 import gc
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
@@ -115,6 +116,38 @@ def test_a_kept_recording_does_not_outlive_its_scene(cornell):
     gc.collect()
     assert len(recordings.kept) == 1
     del scene
+    gc.collect()
+    assert recordings.kept == []
+
+
+def collect_within_a_recording():
+    """Collect garbage while Dr.Jit records something else, as Python may do at any time."""
+
+    @dr.freeze
+    def recorded(numbers):
+        gc.collect()
+        return numbers + 1
+
+    dr.eval(recorded(mi.Float(1, 2)))
+    recorded.clear()
+
+
+def collect_within_a_loop():
+    dr.eval(
+        dr.while_loop((mi.UInt32(0, 1),), lambda number: number < 3, lambda number: (gc.collect() * 0 + number + 1,))
+    )
+
+
+@pytest.mark.parametrize("collect", [collect_within_a_recording, collect_within_a_loop])
+def test_nothing_is_let_go_of_while_something_else_is_traced(cornell, collect):
+    """Dr.Jit would end the process."""
+    gc.disable()  # else it may come too early
+    try:
+        picture(mi.load_dict(cornell()))
+        collect()
+        assert len(recordings.kept) == 1
+    finally:
+        gc.enable()
     gc.collect()
     assert recordings.kept == []
 

@@ -116,8 +116,15 @@ def give_back(recording: Recording) -> None:
             kept.pop(0).recorded.close()
 
 
+def is_tracing() -> bool:
+    """Return whether a recording or a loop is being traced, in which Dr.Jit must not let go of another recording."""
+    return bool(dr.flag(dr.JitFlag.FreezingScope) or dr.flag(dr.JitFlag.SymbolicScope))
+
+
 def let_go_of_unused() -> None:
-    """Let go of the recordings of scenes that nobody else holds."""
+    """Let go of the recordings of scenes that nobody else holds, unless something is being traced."""
+    if is_tracing():
+        return
     with lock:
         views = {id(recording.subject.view): recording.subject.view for recording in kept}
         own = Counter(id(view.scene) for view in views.values())
