@@ -138,8 +138,8 @@ class Result:
     stderr: NDArray[np.float32]
     """(H, W, C): estimated standard error of ``image``."""
     complexity: NDArray[np.float32]
-    """(H, W): entropy in bits of the shape IDs that pilot rays hit; zeros if nothing was decided by pilot rays, as in
-    most pictures of less than 32 samples per pixel."""
+    """(H, W): entropy in bits of the shape IDs that pilot rays hit; zeros if nothing was decided by pilot rays, as
+    ``fused`` does not below 23 samples per pixel."""
     importance: NDArray[np.float32]
     """(H, W): importance by which the last round was allocated; zeros if all pixels were to have the same."""
     cost: NDArray[np.float32]

@@ -84,7 +84,8 @@ def render(
         ),
     ] = None,
     pilot_spp: Annotated[
-        int | None, typer.Option(help="Pilot rays per pixel, which look first.", rich_help_panel=Panel.WHERE)
+        int | None,
+        typer.Option(help="Samples that look first, and pilot rays, per pixel.", rich_help_panel=Panel.WHERE),
     ] = None,
     min_spp: Annotated[
         int | None, typer.Option(help="Least samples of any pixel.", rich_help_panel=Panel.WHERE)
