@@ -53,8 +53,8 @@ class Settings(BaseModel):
     """Stops by which the picture will be brightened before it is looked at: what is too dark or clips needs less. The
     noise target of every objective is that of the brightened picture."""
     pilot_spp: int | None = Field(None, ge=1)
-    """Pilot rays per pixel, and samples per pixel of the first round. None: 4, or 2 to 8 when unbiased; criteria that share
-    out samples by deviation begin with 8 samples, see ``tracer.adaptive.schedule``."""
+    """Pilot rays per pixel, and samples per pixel of the first round. None: 4, or 2 to 8 when unbiased; criteria that
+    share out samples by deviation begin with 8 samples, see ``tracer.adaptive.schedule``."""
     min_spp: int | None = Field(None, ge=1)
     """Least samples of any pixel. None: an eighth of spp."""
     max_spp: int | None = Field(None, ge=1)
