@@ -73,9 +73,13 @@ def measured_before(path: Path, machine: str) -> dict[str, Any]:
     """Return the numbers that a benchmark on this machine has left. Raises SettingsError if there are none."""
     if not path.exists():
         raise SettingsError(f"There is no '{path}' to go on with.")
-    numbers: dict[str, Any] = json.loads(path.read_text())
-    if numbers["machine"] != machine:
-        raise SettingsError(f"'{path}' was measured on {numbers['machine']}, not on {machine}; measure it anew.")
+    try:
+        numbers: dict[str, Any] = json.loads(path.read_text())
+        measured_on = numbers["machine"]
+    except (ValueError, KeyError, TypeError):
+        raise SettingsError(f"'{path}' is not what this benchmark has left; measure it anew.") from None
+    if measured_on != machine:
+        raise SettingsError(f"'{path}' was measured on {measured_on}, not on {machine}; measure it anew.")
     return numbers
 
 

@@ -66,6 +66,14 @@ def test_results_are_not_overwritten_unasked(program, name, tmp_path):
     assert (tmp_path / "results.json").read_text() == "{}"
 
 
+def test_there_must_be_something_to_go_on_with(program, tmp_path):
+    (tmp_path / "made").mkdir()
+    (tmp_path / "made" / "scene.xml").write_text("<scene/>")
+    code, _, error = program("time", tmp_path, "-o", tmp_path / "out", "--resume")
+    assert code == 2
+    assert error == f"tracer: There is no '{tmp_path / 'out' / 'results.json'}' to go on with.\n"
+
+
 def test_a_folder_without_meshes_is_one_sentence(program, tmp_path):
     code, _, error = program("viewpoint", tmp_path, "-o", tmp_path / "out")
     assert code == 2

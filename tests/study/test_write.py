@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from study.page.conftest import made_up
-from tracer.study.tables import HEADINGS, cells, markdown
+from tracer.study.tables import HEADINGS, bounds, cells, markdown
 from tracer.study.write import as_csv, conditions, finite, numbers
 
 SCHEMA = (Path(__file__).parents[2] / "tracer" / "study" / "README.md").read_text().split("## results.json")[1]
@@ -53,7 +53,11 @@ def test_tables():
     fused = next(mean for mean in means if (mean.method, mean.budget) == ("fused", "64 spp"))
     assert np.isclose(fused.gain_samples.mean, 4)  # half the error of uniform
     assert np.isclose(fused.gain_time.mean, 4 / 2)  # in twice the time, errors falling as 1 / time
+    gain = next(row for row in rows if (row.scene, row.method, row.budget) == ("scene 0", "fused", "64 spp"))
+    assert np.isclose(gain.gain_trimmed_time.mean, gain.gain_trimmed.mean / 2)
     text = markdown(results)
+    at_equal_time = text.partition("## Gains at equal time, 64 spp")[2].partition("##")[0]
+    assert f"| scene 0 | {bounds(gain.gain_time)}, {bounds(gain.gain_trimmed_time)} |" in at_equal_time
     for heading in (
         "## Gains, 16 spp",
         "## Gains, 64 spp",

@@ -14,16 +14,16 @@ GROWTH = 2.0
 PRIORITY_GROWTH = 1.3
 """The same factor for criteria that serve pixels by priority: a pixel served gets as many samples again as it has, so
 that a round serves a few pixels only."""
-FIRST_SAMPLES, LEAST_ROUNDS = 8, 2
-"""Samples per pixel of the first round of criteria that share out samples by deviation, if the budget has at least
-LEAST_ROUNDS times as many. Four samples tell a deviation so badly that at 16 samples per pixel, in the same time, less
+FIRST_SAMPLES = 8
+"""Samples per pixel of the first round of criteria that share out samples by deviation, if that leaves at least as many
+to share out. Four samples tell a deviation so badly that at 16 samples per pixel, in the same time, less
 than half is gained."""
 
 
 def first_samples(settings: Settings, criterion: Criterion) -> int:
     """Return the samples per pixel of the first round of a criterion that learns from radiance."""
     may_choose = settings.pilot_spp is None and not settings.unbiased
-    if criterion.spends == "deviation" and may_choose and settings.spp >= LEAST_ROUNDS * FIRST_SAMPLES:
+    if criterion.spends == "deviation" and may_choose and settings.spp >= 2 * FIRST_SAMPLES:
         return FIRST_SAMPLES
     return settings.pilot_samples
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -110,14 +110,9 @@ def markdown(results: Results) -> str:
 
 def gains(results: Results, rows: Sequence[Row], means: Sequence[Mean], budget: str) -> str:
     """Return the gains at one budget: a line per scene and mean, a column per method, and the limit of each scene."""
-    baseline = results.plan.compared_with
-    methods = [method.name for method in results.plan.methods if method.name != baseline]
-    row_of = {(row.scene, row.method): row for row in rows if row.budget == budget}
-    lines = []
-    for facts in results.scenes:
-        scene_rows = [row_of.get((facts.name, method)) for method in methods]
-        texts = [cells(row)[HEADINGS.index("gain, samples")] if row else "failed" for row in scene_rows]
-        lines.append([facts.name, *texts, f"{facts.limit:.2f}"])
+    baseline, methods = results.plan.compared_with, compared_methods(results)
+    lines = lines_of_scenes(results, rows, budget, lambda row: cells(row)[HEADINGS.index("gain, samples")])
+    lines = [[*line, f"{facts.limit:.2f}"] for line, facts in zip(lines, results.scenes, strict=True)]
     overall = {mean.method: mean for mean in means if mean.budget == budget}
     captions = {"gain_samples": "equal samples", "gain_trimmed": "equal samples, trimmed", "gain_time": "equal time"}
     for field, caption in captions.items():
@@ -133,15 +128,26 @@ def gains(results: Results, rows: Sequence[Row], means: Sequence[Mean], budget: 
     )
 
 
-def gains_at_equal_time(results: Results, rows: Sequence[Row], means: Sequence[Mean], budget: str) -> str:
-    """Return the gains at equal time: a line per scene and for the mean, a column per method."""
-    baseline = results.plan.compared_with
-    methods = [method.name for method in results.plan.methods if method.name != baseline]
+def compared_methods(results: Results) -> list[str]:
+    """Return the names of all methods but the baseline."""
+    return [method.name for method in results.plan.methods if method.name != results.plan.compared_with]
+
+
+def lines_of_scenes(
+    results: Results, rows: Sequence[Row], budget: str, text_of: Callable[[Row], str]
+) -> list[list[str]]:
+    """Return a line per scene: its name, and for each method that is compared the text of its row at a budget."""
     row_of = {(row.scene, row.method): row for row in rows if row.budget == budget}
     lines = []
     for facts in results.scenes:
-        scene_rows = [row_of.get((facts.name, method)) for method in methods]
-        lines.append([facts.name, *(time_gain_text(row) if row else "failed" for row in scene_rows)])
+        scene_rows = [row_of.get((facts.name, method)) for method in compared_methods(results)]
+        lines.append([facts.name, *(text_of(row) if row else "failed" for row in scene_rows)])
+    return lines
+
+
+def gains_at_equal_time(results: Results, rows: Sequence[Row], means: Sequence[Mean], budget: str) -> str:
+    """Return the gains at equal time: a line per scene and for the mean, a column per method."""
+    methods, lines = compared_methods(results), lines_of_scenes(results, rows, budget, time_gain_text)
     overall = {mean.method: mean for mean in means if mean.budget == budget}
     texts = [
         ", ".join(

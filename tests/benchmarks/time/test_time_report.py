@@ -46,6 +46,10 @@ def test_only_what_this_machine_has_measured_is_gone_on_with(tmp_path):
     path = tmp_path / "results.json"
     with pytest.raises(SettingsError, match="There is no"):
         report.measured_before(path, "A")
+    for wrong in ("{}", "[]", "{", "3"):
+        path.write_text(wrong)
+        with pytest.raises(SettingsError, match="is not what this benchmark has left"):
+            report.measured_before(path, "A")
     path.write_text(json.dumps({"machine": "B", "cases": {}}))
     with pytest.raises(SettingsError, match="measured on B, not on A"):
         report.measured_before(path, "A")
