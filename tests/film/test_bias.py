@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from scipy import stats
 
 import tracer
+from tracer.core.device import upload
 from tracer.film import bias
-from tracer.film.bias import UnbiasedMean, chances, lost_light, part_of, round_means, trusted, weights
+from tracer.film.bias import UnbiasedMean, chances, lost_light, part_of, trusted, weights
 from tracer.film.estimate import Statistics
 from tracer.session.merge import merge
 
@@ -78,16 +79,16 @@ def test_a_stopped_render_counts_what_waits_by_what_there_is():
 def test_means_of_a_round_by_hand():
     samples = np.arange(16.0).reshape(1, 2, 8)
     before, after = known(samples, np.array([[2, 4]])), known(samples, np.array([[6, 4]]))
-    own, drawn = round_means(before, after)
-    assert drawn.tolist() == [[4, 0]]
-    assert own[0, 0, 0] == pytest.approx(samples[0, 0, 2:6].mean())
-    assert own[0, 1, 0] == 0
+    mean = UnbiasedMean.nothing((1, 2), 1).closed(before, after, None)
+    own = mean.total[..., 0] / mean.weight
+    assert own[0, 0] == pytest.approx(samples[0, 0, 2:6].mean())
+    assert own[0, 1] == pytest.approx(samples[0, 1, :4].mean())  # without samples in the round: what was known before
 
 
 def test_a_round_is_weighed_by_pixels_around_that_are_not_next():
     drawn = np.zeros((40, 40), np.float32)
     drawn[20, 20] = 9.0
-    found = weights(drawn) - 1e-3 * drawn.mean()
+    found = weights(upload(mi.Float, drawn), drawn.shape).numpy().reshape(drawn.shape) - 1e-3 * drawn.mean()
     for row, column in ((20, 20), (18, 22), (26, 14), (23, 20), (27, 20)):
         far = max(abs(row - 20), abs(column - 20))
         assert found[row, column] == pytest.approx(9 / (169 - 25) if 2 < far <= 6 else 0, abs=1e-6)
@@ -112,7 +113,7 @@ def test_all_of_it_is_given_back_but_no_more_than_a_twentieth(part, seed):
     assert np.all(np.abs(lost) <= bias.MOST * image * 1.0001)
     for channel in range(3):
         wanted, given_back = missing[..., channel].sum(dtype=np.float64), lost[..., channel].sum(dtype=np.float64)
-        wanted *= trusted(missing[..., :3].sum(axis=-1, dtype=np.float64))
+        wanted *= trusted(upload(mi.Float64, missing[..., :3].sum(axis=-1, dtype=np.float64)))
         noise, brightness = bias.NOISY * stderr[..., channel], image[..., channel]
         most = bias.MOST * (noise * brightness / (noise + brightness)).sum()
         assert given_back == pytest.approx(np.clip(wanted, -most, most), rel=1e-3, abs=1e-4)
@@ -124,15 +125,15 @@ def test_what_is_measured_is_trusted_as_far_as_its_error_allows():
     generator = np.random.default_rng(3)
     for errors in (0.0, 1.0, 3.0, 10.0):
         numbers = generator.normal(errors / 100, 1.0, (200, 100, 100))  # of 10^4, the mean has an error of 1 / 100
-        factors = np.array([trusted(each) for each in numbers])
+        factors = np.array([trusted(upload(mi.Float64, picture)) for picture in numbers])
         means = numbers.mean(axis=(1, 2)) * 100
         assert factors == pytest.approx(means**2 / (means**2 + 1), rel=0.05, abs=0.01)
         if errors == 0:
             assert np.mean((factors * means) ** 2) < 0.6 * np.mean(means**2)
         if errors == 10:
             assert factors.min() > 0.97
-    assert trusted(np.zeros((2, 2))) == 0
-    assert trusted(np.full((2, 2), np.inf)) == 0
+    assert trusted(dr.zeros(mi.Float64, 4)) == 0
+    assert trusted(dr.full(mi.Float64, np.inf, 4)) == 0
 
 
 def test_what_has_no_noise_stays_as_it_is():

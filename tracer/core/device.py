@@ -15,7 +15,7 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Floats, Singles
 
 ALIGNMENT = 64
 """Every array that is uploaded begins at an address that is a multiple of this many bytes, as Dr.Jit's own do."""
@@ -56,6 +56,13 @@ def to_host(array: Any, shape: tuple[int, ...]) -> NDArray:
     lock and wait for Python's.
     """
     return np.array(array.numpy().reshape(shape))
+
+
+def channels_of(values: Singles, count: int) -> list[Any]:
+    """Return the first ``count`` channels of ``values`` (H, W, C), each an mi.Float, row by row."""
+    on_device, stride = upload(mi.Float, values), dr.opaque(mi.UInt32, values.shape[-1])
+    first = dr.arange(mi.UInt32, values.shape[0] * values.shape[1]) * stride
+    return [dr.gather(mi.Float, on_device, first + k) for k in range(count)]
 
 
 def with_room(array: NDArray) -> NDArray:

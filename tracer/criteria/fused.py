@@ -27,7 +27,7 @@ from scipy.optimize import nnls
 
 from tracer.complexity.pilot import Complexity
 from tracer.core.arrays import Floats, Mask, Singles, spread_out
-from tracer.core.device import to_host, upload
+from tracer.core.device import channels_of, to_host, upload
 from tracer.core.reductions import sums
 from tracer.core.smoothing import box, gaussian, smoothed
 from tracer.criteria.registry import Evidence, criterion
@@ -141,9 +141,7 @@ def predictors(statistics: Statistics, weight: Floats, channels: int, edges: Seq
 
 def channel_mean(values: Singles, channels: int) -> Any:
     """Return the mean (mi.Float) over the first ``channels`` channels of ``values`` (H, W, C), row by row."""
-    on_device, stride = upload(mi.Float, values), dr.opaque(mi.UInt32, values.shape[-1])
-    first = dr.arange(mi.UInt32, values.shape[0] * values.shape[1]) * stride
-    return sum(dr.gather(mi.Float, on_device, first + k) for k in range(channels)) / channels
+    return sum(channels_of(values, channels)) / channels
 
 
 def smooth_gini(complexity: Complexity) -> list[Any]:

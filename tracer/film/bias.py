@@ -24,10 +24,9 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from numpy.typing import NDArray
 
 from tracer.core.arrays import Singles
-from tracer.core.device import to_host, upload
+from tracer.core.device import channels_of, divide, to_host, upload
 from tracer.core.reductions import sums
 from tracer.core.smoothing import box, smoothed
 from tracer.film.estimate import Statistics
@@ -66,18 +65,12 @@ class UnbiasedMean:
 
     def after(self, before: Statistics | None, statistics: Statistics) -> UnbiasedMean:
         """Return the mean after another round; ``before`` and ``statistics``: before and after that round."""
-        drawn = statistics.count.astype(np.float32)
-        if before is not None:
-            drawn -= before.count
-        weight = weights(drawn) + self.waiting
-        gained = weight * (drawn > 0)
-        # The sum of gained x mean of the round, as ``round_means`` has it, in fewer steps over the picture.
-        part = gained * (statistics.count / np.maximum(drawn, 1)).astype(np.float32)
-        total = part[..., None] * statistics.mean
-        total += self.total
-        if before is not None:
-            total += (gained - part)[..., None] * before.mean
-        return UnbiasedMean(total, self.weight + gained, weight - gained)
+        count, drawn = counts_of_round(before, statistics)
+        weight = weights(drawn, self.weight.shape) + upload(mi.Float, self.waiting)
+        gained = dr.select(drawn > 0, weight, 0)
+        # gained x mean of the round, as (n m - n' m') / (n - n') from counts and means after and before it
+        part = gained * count / dr.maximum(drawn, 1)
+        return self.with_round(before, statistics, part, gained - part, gained, weight - gained)
 
     def closed(self, before: Statistics | None, statistics: Statistics, chance: Singles | None) -> UnbiasedMean:
         """Return the mean after the last round, in which no weight is left waiting.
@@ -85,12 +78,33 @@ class UnbiasedMean:
         ``chance`` (H, W): the chance that a pixel had of a sample in that round; None if nothing was left to chance. A
         pixel without a sample in that round counts with its mean before it.
         """
-        mean, drawn = round_means(before, statistics)
+        count, drawn = counts_of_round(before, statistics)
+        weight = weights(drawn, self.weight.shape) + upload(mi.Float, self.waiting)
+        part = weight
         if before is not None:
-            times = np.where(drawn > 0, 1 if chance is None else 1 / np.maximum(chance, 1e-3), 0)
-            mean = before.mean + times[..., None].astype(np.float32) * (mean - before.mean)
-        weight = weights(drawn) + self.waiting
-        return UnbiasedMean(self.total + weight[..., None] * mean, self.weight + weight, np.zeros_like(weight))
+            times = 1 if chance is None else dr.rcp(dr.maximum(upload(mi.Float, chance), 1e-3))
+            part = weight * dr.select(drawn > 0, times * count / dr.maximum(drawn, 1), 0)
+        return self.with_round(before, statistics, part, weight - part, weight, dr.zeros(mi.Float, dr.width(weight)))
+
+    def with_round(
+        self, before: Statistics | None, statistics: Statistics, part: Any, part_before: Any, gained: Any, waiting: Any
+    ) -> UnbiasedMean:
+        """Return the sums with ``part`` times the means of ``statistics`` and ``part_before`` times those before it.
+
+        ``gained`` is added to the weight, and ``waiting`` takes the place of what waits. All are mi.Float, one entry
+        for each pixel.
+        """
+        dr.eval(part, part_before, gained, waiting)
+        pixel = divide(dr.arange(mi.UInt32, self.total.size), self.total.shape[-1])[0]
+        total = dr.fma(
+            dr.gather(mi.Float, part, pixel), upload(mi.Float, statistics.mean), upload(mi.Float, self.total)
+        )
+        if before is not None:
+            total = dr.fma(dr.gather(mi.Float, part_before, pixel), upload(mi.Float, before.mean), total)
+        size = self.weight.shape
+        return UnbiasedMean(
+            to_host(total, self.total.shape), self.weight + to_host(gained, size), to_host(waiting, size)
+        )
 
     def given_up(self, statistics: Statistics) -> UnbiasedMean:
         """Return the mean of a render that is stopped within a round; ``statistics``: those when it stops."""
@@ -123,23 +137,22 @@ def mean_at_the_end(
     return unbiased.closed(before, statistics, chance) if is_whole else unbiased.given_up(statistics)
 
 
-def round_means(before: Statistics | None, statistics: Statistics) -> tuple[Singles, Singles]:
-    """Return the mean (H, W, C) and the number (H, W) of the samples of a round; 0 where there are none."""
-    if before is None:
-        return statistics.mean, statistics.count.astype(np.float32)
-    drawn = statistics.count.astype(np.float32) - before.count
-    share = np.where(drawn > 0, statistics.count / np.maximum(drawn, 1), 0).astype(np.float32)
-    mean = before.mean + (statistics.mean - before.mean) * share[..., None]
-    return np.where(drawn[..., None] > 0, mean, 0), drawn
+def counts_of_round(before: Statistics | None, statistics: Statistics) -> tuple[Any, Any]:
+    """Return the number of samples after a round and of those drawn in it, mi.Float each, row by row."""
+    count = upload(mi.Float, statistics.count)
+    return count, count if before is None else count - upload(mi.Float, before.count)
 
 
-def weights(drawn: Singles) -> Singles:
-    """Return the weight of a round for each pixel (H, W): its mean number of samples around, without the nearest."""
-    height, width = drawn.shape
-    kernels = box(AROUND), box(NEXT_TO)
-    wide, near = smoothed(upload(mi.Float, drawn), (height, width), *kernels, beyond="mirror")
+def weights(drawn: Any, size: tuple[int, ...]) -> Any:
+    """Return the weight of a round for each pixel: its mean number of samples around, without the nearest.
+
+    ``drawn``: how many samples each pixel had in it; a picture of ``size`` (height, width), row by row. Both are
+    mi.Float.
+    """
+    height, width = size
+    wide, near = smoothed(drawn, (height, width), box(AROUND), box(NEXT_TO), beyond="mirror")
     around = dr.maximum(wide * AROUND**2 - near * NEXT_TO**2, 0) / (AROUND**2 - NEXT_TO**2)
-    return to_host(around + dr.opaque(mi.Float, 1e-3 * drawn.mean()), drawn.shape)
+    return around + dr.opaque(mi.Float, 1e-3 * sums(drawn)[0] / dr.width(drawn))
 
 
 def chances(importance: Any) -> Any:
@@ -165,28 +178,33 @@ def lost_light(image: Singles, stderr: Singles, missing: Singles, colours: int) 
     channels the returned light has the sum of ``missing``, as far as that is ``trusted`` and MOST allows; it is 0 in
     the other channels.
     """
-    brightness = np.abs(image)
-    noise = NOISY * stderr
-    share = noise * brightness / np.maximum(noise + brightness, np.float32(1e-30))
-    total_share = share.sum(axis=(0, 1), dtype=np.float64)
-    part = missing.sum(axis=(0, 1), dtype=np.float64) / np.where(total_share > 0, total_share, 1)
-    part = np.where(np.isfinite(part) & (total_share > 0), part, 0)
-    part = np.clip(part * trusted(missing[..., :colours].sum(axis=-1, dtype=np.float64)), -MOST, MOST)
-    part[colours:] = 0
-    return np.where(np.isfinite(share), share * part, 0).astype(np.float32)
+    pictures = zip(*(channels_of(values, colours) for values in (image, stderr, missing)), strict=True)
+    shares, parts = [], []
+    for brightness, error, absent in pictures:
+        brightness, noise = dr.abs(brightness), NOISY * error
+        shares.append(noise * brightness / dr.maximum(noise + brightness, 1e-30))
+        parts.append(absent)
+    *share_sums, trust = *sums(*shares), trusted(sum(map(mi.Float64, parts)))
+    lost = np.zeros_like(image)
+    for k, (share, share_sum, missing_sum) in enumerate(zip(shares, share_sums, sums(*parts), strict=True)):
+        part = missing_sum * trust / share_sum if 0 < share_sum < np.inf and trust > 0 else 0.0
+        light = share * dr.opaque(mi.Float, np.clip(part, -MOST, MOST))
+        lost[..., k] = to_host(dr.select(dr.isfinite(share), light, 0), image.shape[:2])
+    return lost
 
 
-def trusted(missing: NDArray[np.float64]) -> float:
-    """Return the part of the sum of ``missing`` (H, W) that is taken to be true, 0 to 1.
+def trusted(missing: Any) -> float:
+    """Return the part of the sum of ``missing`` (mi.Float64) that is taken to be true, 0 to 1.
 
     With the sum m and its standard error e, estimated from the spread of the pixels, it is m^2 / (m^2 + e^2): the
     factor that gives a measurement of m with that error the least mean square error. Without it the picture would only
     become noisier where there is hardly a bias to measure, as after many samples or in a small picture.
     """
-    if not np.all(np.isfinite(missing)):
+    total, square_sum = sums(missing, dr.square(missing))
+    if total == 0 or not np.isfinite(square_sum):
         return 0.0
-    total, error = missing.sum(), missing.std() * np.sqrt(missing.size)
-    return float(total**2 / (total**2 + error**2)) if total else 0.0
+    error_square = max(square_sum - total**2 / dr.width(missing), 0.0)
+    return total**2 / (total**2 + error_square)
 
 
 def with_lost_light(
