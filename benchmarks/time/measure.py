@@ -20,8 +20,8 @@ MOST_SAMPLES = 2e7
 ALL_WAYS = (*SAMPLERS, *CRITERIA)
 WARM_SPP = 4
 """Samples per pixel of the picture that is rendered before that one, so that all kernels are compiled."""
-TURNS = 3
-"""Number of pictures of every way."""
+TURNS, MOST_SECONDS = 3, 60.0
+"""TURNS: number of pictures of every way; with fewer, no turn begins after MOST_SECONDS."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def measure(case: Case) -> list[Row]:
         height, width = view.size
         is_large = width * height * case.spp > MOST_SAMPLES
         shapes = len(view.scene.shapes())
-        timings = once(ways["fused"], case.spp) if is_large else in_turn(ways, case.spp, TURNS)
+        timings = once(ways["fused"], case.spp) if is_large else in_turn(ways, case.spp, TURNS, MOST_SECONDS)
         for name, times in timings.items():
             walls, cpus = [time.whole.wall for time in times], [time.whole.cpu for time in times]
             setting = case.scene, shapes, width, height, case.spp, case.threads

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 import tempfile
-from collections.abc import Iterable, Sequence
-from dataclasses import asdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -28,6 +28,8 @@ from tracer.study.tables import markdown_table
 
 FILES = (harness.PAGE, harness.NUMBERS)
 """Names of the files that this benchmark writes."""
+LONGEST = 60.0
+"""Most seconds of a picture that is rendered in all ways, as those with SPPS[0] foretell."""
 SHAPES = 1000
 """Number of shapes of the scene that is made for this benchmark."""
 MADE = f"{SHAPES} shapes"
@@ -60,7 +62,7 @@ def report(folder: Path, progress: StepCallback, public: Path, resume: bool = Fa
     with tempfile.TemporaryDirectory() as made:
         paths = all_scenes(public, Path(made) / "scene.xml")
         steps = {f"{name}: first picture of a program": partial(first_rows, name, paths[name]) for name in SIZED}
-        steps |= {str(case): partial(case_rows, case) for case in all_cases(paths)}
+        steps |= {str(case): partial(case_rows, case, measured) for case in all_cases(paths)}
         announce = harness.StepCounter(progress, len(steps))
         for step, rows_of in steps.items():
             announce(step)
@@ -96,9 +98,15 @@ def first_rows(name: str, path: Path) -> list[dict[str, Any]]:
     return [{"scene": name, "way": way, **first_call(path, WIDTH, 16, way)} for way in FIRST_WAYS]
 
 
-def case_rows(case: Case) -> list[dict[str, Any]]:
-    """Return the rows of a case as plain values."""
-    return [asdict(row) for row in measure(case)]
+def case_rows(case: Case, measured: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return the rows of a case as plain values; none if its pictures would take longer than LONGEST.
+
+    ``measured``: the rows of cases so far, by the names of these.
+    """
+    with_fewer = measured.get(str(replace(case, spp=SPPS[0])), ())
+    seconds = [min(row["wall"]) * case.spp / SPPS[0] for row in with_fewer]
+    in_all_ways = len(seconds) == len(case.ways)
+    return [] if in_all_ways and max(seconds) > LONGEST else [asdict(row) for row in measure(case)]
 
 
 def all_cases(paths: dict[str, Path]) -> Iterable[Case]:
@@ -123,7 +131,8 @@ def to_page(numbers: dict[str, Any]) -> str:
     first = [row for case in cases for row in case if "parts" not in row]
     introduction = f"""
 {harness.written_by("time")}, on {numbers["machine"]}: median of
-{TURNS} pictures in every way, in turn, by seconds of the processor unless a table says otherwise."""
+{TURNS} pictures in every way, in turn, by seconds of the processor unless a table says otherwise. Scenes whose pictures
+would take more than {LONGEST:.0f} seconds have fewer turns or fewer samples."""
     of_scenes = [row for row in rows if row.width == WIDTH and row.threads == threads]
     adaptive = [row for row in rows if row.way == "fused"]
     sections = {

@@ -78,12 +78,18 @@ def timed(way: Way, spp: int, seed: int) -> Timed:
     return Timed(stopwatch.read() - start, parts)
 
 
-def in_turn(ways: Mapping[str, Way], spp: int, turns: int) -> dict[str, list[Timed]]:
-    """Return the times of all ways, one after the other in each of ``turns``, after one that is not counted."""
+def in_turn(ways: Mapping[str, Way], spp: int, turns: int, most_seconds: float) -> dict[str, list[Timed]]:
+    """Return the times of all ways, one after the other in each turn, after one that is not counted.
+
+    There are ``turns`` turns, or fewer if these have taken more than ``most_seconds``.
+    """
     for way in ways.values():
         way(spp, 0)
     times: dict[str, list[Timed]] = {name: [] for name in ways}
+    start = stopwatch.read()
     for turn in range(turns):
         for name, way in ways.items():
             times[name].append(timed(way, spp, 1 + turn))
+        if (stopwatch.read() - start).wall > most_seconds:
+            break
     return times

@@ -1,11 +1,14 @@
 """The report is written, from pictures that are small here."""
 
 import json
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from benchmarks import harness
 from benchmarks.time import measure, report
+from benchmarks.time.ways import in_turn
 from tracer.errors import SettingsError
 
 
@@ -40,6 +43,26 @@ def test_a_report_is_written(tmp_path, monkeypatch):
     text = (tmp_path / "results.md").read_text()
     assert "nan" not in text
     assert "| made | 7 |" in text
+
+
+def test_pictures_that_would_take_too_long_are_left_out(monkeypatch):
+    case = report.Case("slow", Path("slow.xml"), 64, 64, 2)
+    first = str(replace(case, spp=report.SPPS[0]))
+    rows = [{"wall": [report.LONGEST / 2, report.LONGEST]}] * len(case.ways)
+    monkeypatch.setattr(report, "measure", lambda case: pytest.fail("it is rendered"))
+    assert report.case_rows(case, {first: rows}) == []
+    rendered = []
+    monkeypatch.setattr(report, "measure", lambda case: rendered.append(case) or [])
+    report.case_rows(case, {})
+    report.case_rows(case, {first: rows[:1]})  # a large picture, rendered in one way only
+    report.case_rows(case, {first: [{"wall": [report.LONGEST / 5]}] * len(case.ways)})
+    assert len(rendered) == 3
+
+
+def test_turns_end_when_they_have_taken_long():
+    ways = {name: lambda spp, seed: {} for name in "ab"}
+    assert [len(times) for times in in_turn(ways, 4, 3, most_seconds=60.0).values()] == [3, 3]
+    assert [len(times) for times in in_turn(ways, 4, 3, most_seconds=0.0).values()] == [1, 1]
 
 
 def test_only_what_this_machine_has_measured_is_gone_on_with(tmp_path):
