@@ -12,14 +12,22 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import drjit as dr
 import mitsuba as mi
+import numpy as np
 
 from tracer.core import backend
+from tracer.scene.load import load
+from tracer.scene.view import open_scene
 
+Way = Callable[[int, int], Any]
+"""Function of (spp, seed) that renders a picture."""
 WAYS = ("owen_sobol", "uniform", "fused")
 """Ways that are timed, each in a program of its own."""
 
@@ -36,14 +44,26 @@ def first_call(path: Path, width: int, spp: int, way: str) -> dict[str, float]:
     return found
 
 
+@contextmanager
+def opened(path: Path, width: int, name: str) -> Iterator[Way]:
+    """Open a scene for one way only, as a script would, and yield the way."""
+    from benchmarks.time.ways import SAMPLERS, own_way
+
+    stock = name in SAMPLERS
+    with open_scene(load(path, sampler=name) if stock else path, size=width) as view:
+        yield partial(render_stock, view) if stock else own_way(view, name)
+
+
+def render_stock(view: Any, spp: int, seed: int) -> None:
+    """Render by ``mi.render``."""
+    np.array(view.integrator.render(view.scene, sensor=view.sensor, seed=seed, spp=spp))
+
+
 def main(path: Path, width: int, spp: int, name: str) -> dict[str, float]:
     """Render twice and return the seconds of each step."""
-    from benchmarks.time.ways import open_ways
-
     start = time.perf_counter()
-    with open_ways(path, width, (name,)) as (_, ways):
+    with opened(path, width, name) as way:
         opening = time.perf_counter() - start
-        way = ways[name]
         with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
             start = time.perf_counter()
             way(spp, 0)
