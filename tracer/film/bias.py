@@ -178,19 +178,20 @@ def lost_light(image: Singles, stderr: Singles, missing: Singles, colours: int) 
     channels the returned light has the sum of ``missing``, as far as that is ``trusted`` and MOST allows; it is 0 in
     the other channels.
     """
-    pictures = zip(*(channels_of(values, colours) for values in (image, stderr, missing)), strict=True)
-    shares, parts = [], []
-    for brightness, error, absent in pictures:
-        brightness, noise = dr.abs(brightness), NOISY * error
-        shares.append(noise * brightness / dr.maximum(noise + brightness, 1e-30))
-        parts.append(absent)
-    *share_sums, trust = *sums(*shares), trusted(sum(map(mi.Float64, parts)))
+    brightness, errors, lacking = (channels_of(values, colours) for values in (image, stderr, missing))
+    shares = [share_of_light(dr.abs(value), NOISY * error) for value, error in zip(brightness, errors, strict=True)]
+    trust = trusted(sum(map(mi.Float64, lacking)))
     lost = np.zeros_like(image)
-    for k, (share, share_sum, missing_sum) in enumerate(zip(shares, share_sums, sums(*parts), strict=True)):
-        part = missing_sum * trust / share_sum if 0 < share_sum < np.inf and trust > 0 else 0.0
+    for k, (share, share_sum, lacking_sum) in enumerate(zip(shares, sums(*shares), sums(*lacking), strict=True)):
+        part = lacking_sum * trust / share_sum if 0 < share_sum < np.inf and trust > 0 else 0.0
         light = share * dr.opaque(mi.Float, np.clip(part, -MOST, MOST))
         lost[..., k] = to_host(dr.select(dr.isfinite(share), light, 0), image.shape[:2])
     return lost
+
+
+def share_of_light(brightness: Any, noise: Any) -> Any:
+    """Return what a pixel gets of the light that was lost, relative to others: about the smaller of both (mi.Float)."""
+    return noise * brightness / dr.maximum(noise + brightness, 1e-30)
 
 
 def trusted(missing: Any) -> float:
