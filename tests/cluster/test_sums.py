@@ -19,7 +19,7 @@ def filled(width):
     estimate = Estimate(frame(width), 1, 1)
     layout, *arrays = estimate.state()
     rng = np.random.default_rng(3)
-    estimate.restore([layout, *(rng.integers(0, 99, width).astype(each.dtype) for each in arrays)])
+    estimate.restore([layout, *(rng.integers(0, 99, each.shape).astype(each.dtype) for each in arrays)])
     return estimate
 
 
@@ -28,9 +28,9 @@ def same(one, other):
 
 
 def test_sums_are_cut_out_of_packed_ones():
-    arrays = [np.arange(7, dtype=np.uint32), np.arange(7) / 3, np.arange(7, dtype=np.float32)]
-    found = cut(pack(arrays), [each.dtype for each in arrays], 2, 4)
-    assert [list(each) for each in found] == [list(each[2:6]) for each in arrays]
+    arrays = [np.arange(7, dtype=np.uint32), np.arange(7) / 3, np.arange(14, dtype=np.float32).reshape(7, 2)]
+    found = cut(pack(arrays), arrays, 2, 4)
+    assert all(np.array_equal(piece, array[2:6]) for piece, array in zip(found, arrays, strict=True))
     into = [np.zeros_like(each) for each in arrays]
     write(pack(arrays), Region(1, 3, skip=4), into)
     assert list(into[0]) == [0, 4, 5, 6, 0, 0, 0]
@@ -60,7 +60,7 @@ def test_sums_in_one_piece_are_fetched_at_once():
 
 def test_a_part_of_the_whole_is_packed_by_its_place():
     arrays = [np.arange(9, dtype=np.uint32), np.arange(9) / 3]
-    found = cut(packed(arrays, 3, 4), [each.dtype for each in arrays], 0, 4)
+    found = cut(packed(arrays, 3, 4), arrays, 0, 4)
     assert [list(each) for each in found] == [list(each[3:7]) for each in arrays]
 
 

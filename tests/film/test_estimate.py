@@ -7,10 +7,9 @@ import pytest
 from scipy.ndimage import uniform_filter
 
 from conformance.cases import FILTERS
-from tracer.film.estimate import Estimate, shrunken_variance
+from tracer.film.estimate import Estimate
 from tracer.sampling import samples
 from tracer.sampling.wavefront import Line, Stretch, lane_pixels, line_of
-from tracer.scene.frame import PlainFrame
 from tracer.scene.view import open_scene
 
 
@@ -251,14 +250,6 @@ def test_a_pixel_that_no_sample_reaches_is_black(cornell):
     assert image[:, :2].min() > 0
 
 
-def test_a_negative_sum_of_weights_leaves_standard_errors_positive():
-    """As filters with negative lobes have it where few samples are in reach."""
-    frame = PlainFrame((1, 2), 0, ["Y"], 0, (0, 0, 2, 1))
-    image, stderr = Estimate(frame).to_image([mi.Float([2, 3])], [mi.Float([4, 9])], mi.Float([-0.5, 2]))
-    assert image.tolist() == [[[-1], [6]]]
-    assert stderr.tolist() == [[[1], [6]]]
-
-
 def test_rays_moments_and_peaks_are_means_and_maxima(cornell):
     random = np.random.default_rng(7)
     with open_scene(cornell(size=(3, 2))) as view:
@@ -285,19 +276,3 @@ def test_rays_moments_and_peaks_are_means_and_maxima(cornell):
         most = [each[own].max(initial=-np.inf) for each in drawn[2:4]]
         assert [found.rays.flat[k], *found.moments.reshape(6, 2)[k]] == pytest.approx(mean, rel=1e-5)
         assert list(found.peaks.reshape(6, 2)[k]) == most
-
-
-def test_shrunken_variance_is_that_of_scipy():
-    rng = np.random.default_rng(1)
-    count = rng.integers(0, 9, (10, 13)).astype(np.float64)
-    degrees = np.maximum(count - 1, 0)
-    deviation = degrees * rng.exponential(size=count.shape)
-    around = uniform_filter(deviation, 7, mode="nearest") / uniform_filter(degrees, 7, mode="nearest")
-    expected = (16 * around + deviation) / (16 + degrees)
-    (found,) = shrunken_variance([mi.Float64(deviation.ravel())], mi.Float64(count.ravel()), count.shape)
-    assert np.array(found).reshape(count.shape) == pytest.approx(expected, rel=1e-5)
-
-
-def test_nothing_is_known_of_single_samples():
-    (found,) = shrunken_variance([mi.Float64(np.zeros(12))], mi.Float64(np.ones(12)), (3, 4))
-    assert np.all(np.array(found) == 0)

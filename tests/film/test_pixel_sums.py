@@ -10,6 +10,8 @@ from tracer.sampling.samples import Samples
 from tracer.sampling.wavefront import Line, Stretch
 
 CHANNELS, MOMENTS, PEAKS = 2, 2, 1
+PADDING = [0, 0]
+"""What makes the 2 x 3 sums of the footprint two packets of four."""
 
 
 def filter_weights(position):
@@ -59,6 +61,7 @@ def by_loop(*parts):
                 *mean,
                 *((values[:, own] - mean[:, None]) ** 2).sum(axis=1),
                 *np.ravel(footprint),
+                *PADDING,
                 *rays[:, own].sum(axis=1),
                 *moments[:, own].sum(axis=1),
                 *peaks[:, own].max(axis=1, initial=-np.inf),
@@ -67,13 +70,16 @@ def by_loop(*parts):
     return np.array(sums).T
 
 
-def leaves(tree):
-    return [leaf for entry in tree for leaf in leaves(entry)] if isinstance(tree, list) else [tree.numpy()]
+def leaves(tree, size):
+    """Return the sums of ``size`` pixels, each (size,), and so those of the footprint one by one."""
+    if isinstance(tree, list):
+        return [leaf for entry in tree for leaf in leaves(entry, size)]
+    return list(tree.numpy().reshape(size, -1).T)
 
 
 def assert_same(band, expected):
-    for one, other in zip(leaves(band.sums), expected, strict=True):
-        assert one == pytest.approx(other, rel=3e-6, abs=1e-6)
+    for sums, expected_sums in zip(leaves(band.sums, band.size), expected, strict=True):
+        assert sums == pytest.approx(expected_sums, rel=3e-6, abs=1e-6)
 
 
 FEW = np.array([3, 0, 1, 20, 2, 0, 9], np.uint32)

@@ -46,8 +46,8 @@ class Sums:
             for band, source_band in zip(strip.bands, self.strip.bands, strict=True):
                 band.sums = source_band.sums  # shared, as adding samples makes new arrays
             return
-        kinds = [array.dtype for array in strip.state()[1:]]
-        strip.restore([strip.layout, *cut(self.packed(), kinds, skip, strip.view.pixel_count)])
+        layout, *alike = strip.blank()
+        strip.restore([layout, *cut(self.packed(), alike, skip, strip.view.pixel_count)])
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Sums, (None, self.packed())
@@ -60,29 +60,33 @@ def bytes_of(sums: Sums) -> int:
 
 
 def pack(arrays: Sequence[NDArray]) -> Buffer:
-    """Return arrays (P,) as one buffer."""
-    return np.concatenate([array.view(np.uint8) for array in arrays])
+    """Return arrays, (P,) or (P, K), as one buffer."""
+    return np.concatenate([array.reshape(-1).view(np.uint8) for array in arrays])
 
 
 def packed(arrays: Sequence[NDArray], first: int, size: int) -> Buffer:
-    """Return as one buffer the sums of ``size`` pixels from ``first`` on, from arrays (P,) of the whole picture."""
+    """Return as one buffer the sums of ``size`` pixels from ``first`` on, from arrays (P, ...) of the whole picture."""
     return pack([array[first : first + size] for array in arrays])
 
 
-def cut(sums: Buffer, kinds: Sequence[np.dtype], skip: int, size: int) -> list[NDArray]:
-    """Return the arrays (size,), of these ``kinds``, of the ``size`` pixels after the first ``skip`` in a buffer."""
-    pixel_count = len(sums) // sum(kind.itemsize for kind in kinds)
+def cut(sums: Buffer, alike: Sequence[NDArray], skip: int, size: int) -> list[NDArray]:
+    """Return the arrays (size, ...) of the ``size`` pixels after the first ``skip`` in a buffer.
+
+    ``alike``: arrays of the same types and shapes, but for their numbers of pixels.
+    """
+    pixel_bytes = [array.strides[0] for array in alike]
+    pixel_count = len(sums) // sum(pixel_bytes)
     arrays, start = [], 0
-    for kind in kinds:
-        piece = sums[start + skip * kind.itemsize : start + (skip + size) * kind.itemsize]
-        arrays.append(piece.view(kind))
-        start += pixel_count * kind.itemsize
+    for array, stride in zip(alike, pixel_bytes, strict=True):
+        piece = sums[start + skip * stride : start + (skip + size) * stride]
+        arrays.append(piece.view(array.dtype).reshape(size, *array.shape[1:]))
+        start += pixel_count * stride
     return arrays
 
 
 def write(sums: Buffer, region: Region, arrays: Sequence[NDArray]) -> None:
-    """Write the sums of a region to their places in arrays (P,) of the whole picture."""
-    pieces = cut(sums, [array.dtype for array in arrays], region.skip, region.size)
+    """Write the sums of a region to their places in arrays (P, ...) of the whole picture."""
+    pieces = cut(sums, arrays, region.skip, region.size)
     for array, piece in zip(arrays, pieces, strict=True):
         array[region.pixels] = piece
 

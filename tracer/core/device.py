@@ -65,6 +65,17 @@ def channels_of(values: Singles, count: int) -> list[Any]:
     return [dr.gather(mi.Float, on_device, first + k) for k in range(count)]
 
 
+def interleave(target: Any, channels: Sequence[Any], pixel: Any, active: Any = True) -> None:
+    """Write the values of pixels into ``target`` (mi.Float), which has all channels of pixel 0, then of pixel 1, ...
+
+    ``channels``: for each, an array of a value a pixel; ``pixel`` (mi.UInt32): no two may be the same; ``active``:
+    which of them are written. ``target`` is written when it is evaluated, so that several writes may be one kernel.
+    """
+    first = pixel * len(channels)
+    for k, channel in enumerate(channels):
+        dr.scatter(target, mi.Float(channel), first + k, active, mode=dr.ReduceMode.Permute)
+
+
 def with_room(array: NDArray) -> NDArray:
     """Return a flat copy of an array that begins at a multiple of ALIGNMENT bytes and has ROOM bytes behind it."""
     memory = np.empty(ALIGNMENT + array.nbytes + ROOM, np.uint8)

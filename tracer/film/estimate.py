@@ -1,14 +1,11 @@
 """Mean, variance and count per pixel, and the image through any reconstruction filter.
 
 Samples are not scattered to neighbouring pixels. Each pixel sums what its own samples would give to every pixel in
-reach of the filter, its *footprint*. Only when the image is developed are these sums divided by the pixel's final count
-and added up. For every filter the expected image is that of ``mi.render``, and the image is equal to it if all counts
-are equal. However unequal the counts are, pixels with many samples do not bleed into pixels with few.
+reach of the filter, its *footprint*; see ``tracer.film.reconstruction``.
 """
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
@@ -19,17 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.core.arrays import Singles
-from tracer.core.device import divide, numpy_kind, to_host, upload
-from tracer.film.pixel_sums import Tree, bands
+from tracer.core.device import interleave, numpy_kind, to_host, upload
+from tracer.film.pixel_sums import Tree, bands, whole
+from tracer.film.reconstruction import reconstruct
 from tracer.sampling.samples import Samples
 from tracer.sampling.wavefront import Window, rays_of_packets
 from tracer.scene.frame import Frame
 from tracer.scene.view import View
-
-PRIOR_RADIUS, PRIOR_DEGREES = 3, 16.0
-"""PRIOR_RADIUS: pixels on each side of the window around a pixel whose variance is the prior of the pixel's variance.
-PRIOR_DEGREES: degrees of freedom for which that prior counts. With 7 x 7 pixels and 16 degrees the true error of the
-bundled scenes is 0.4 to 1.4 standard errors (RMS), most where light is rare."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +82,7 @@ class Estimate:
     @property
     def count(self) -> Any:
         """Number of samples of each pixel (mi.UInt32), without those that were not finite."""
-        return self.whole("count")
+        return whole(self.bands, "count")
 
     def samples(self) -> NDArray[np.uint32]:
         """Return the number of samples of each pixel of the image (H, W), without those that were not finite."""
@@ -97,161 +90,78 @@ class Estimate:
 
     def drawn(self) -> NDArray[np.uint32]:
         """Return the number of samples of each pixel (grid), those not finite too: the index of its next sample."""
-        return to_host(self.count + self.whole("invalid"), self.view.grid)
+        return to_host(self.count + whole(self.bands, "invalid"), self.view.grid)
 
     def here(self) -> Estimate:
         """Return this estimate: all of its sums are in this process already."""
         return self
 
     def state(self) -> list[NDArray]:
-        """Return all sums as NumPy arrays (P,), for another process to ``restore``."""
-        parts = [leaves(band.sums) for band in self.bands]
-        return [
-            self.layout,
-            *(np.concatenate([piece.numpy() for piece in pieces]) for pieces in zip(*parts, strict=True)),
+        """Return all sums as NumPy arrays, (P,) or (P, K), for another process to ``restore``."""
+        parts = [
+            [array.numpy().reshape(-1, *row) for array, row in zip(leaves(band.sums), self.rows, strict=True)]
+            for band in self.bands
         ]
+        return [self.layout, *(np.concatenate(pieces) for pieces in zip(*parts, strict=True))]
 
     def blank(self) -> list[NDArray]:
         """Return arrays like those of ``state`` for an estimate without samples, without work on the device."""
-        kinds = [numpy_kind(array) for array in leaves(self.bands[0].sums)]
-        return [self.layout, *(np.zeros(self.view.pixel_count, kind) for kind in kinds)]
+        arrays = zip(leaves(self.bands[0].sums), self.rows, strict=True)
+        return [self.layout, *(np.zeros((self.view.pixel_count, *row), numpy_kind(array)) for array, row in arrays)]
 
     def restore(self, state: list[NDArray]) -> None:
         """Take over sums that ``state`` returned in another process. Raises ValueError for those of another view."""
-        count = len(leaves(self.bands[0].sums))
-        if len(state) != 1 + count or not np.array_equal(state[0], self.layout):
+        if len(state) != 1 + len(self.rows) or not np.array_equal(state[0], self.layout):
             raise ValueError("these sums are of another view")
-        if any(array.shape != (self.view.pixel_count,) for array in state[1:]):
+        shapes = [(self.view.pixel_count, *row) for row in self.rows]
+        if any(array.shape != shape for array, shape in zip(state[1:], shapes, strict=True)):
             raise ValueError("these sums are of another number of pixels")
         for band in self.bands:
             pieces = iter([array[band.first : band.first + band.size] for array in state[1:]])
             band.sums = [rebuilt(tree, pieces) for tree in band.sums]
 
     @property
+    def rows(self) -> list[tuple[int, ...]]:
+        """Shapes of what each array of the sums has for a pixel: () for one value, or (K,) for K values."""
+        band = self.bands[0]
+        counts = [dr.width(array) // band.size for array in leaves(band.sums)]
+        return [() if count == 1 else (count,) for count in counts]
+
+    @property
     def layout(self) -> NDArray[np.int64]:
         """Size of the grid, then numbers of channels, reach, moments and peaks: equal in estimates that can merge."""
         return np.array([*self.view.grid, len(self.view.channels), self.reach, self.moments, self.peaks])
 
-    def whole(self, name: str, *index: int) -> Any:
-        """Return the sums called ``name`` of all bands as one array; ``index``: which of them, in nested lists."""
-        parts = []
-        for band in self.bands:
-            part = getattr(band, name)
-            for k in index:
-                part = part[k]
-            parts.append(part)
-        return parts[0] if len(parts) == 1 else dr.concat(parts)
-
     def statistics(self) -> Statistics:
         """Return what is known so far, as arrays on the host."""
-        grid, channels = self.view.grid, range(len(self.view.channels))
-        count = to_host(self.whole("count"), grid)
-        on_device = self.whole("count")
-        per_degree = dr.rcp(mi.Float64(dr.maximum(on_device, 2) - 1))
-        per_sample = dr.rcp(mi.Float(dr.maximum(on_device, 1)))
-        arrays = [
-            [mi.Float(self.whole("mean", c)) for c in channels],
-            [mi.Float(self.whole("deviation", c) * per_degree) for c in channels],
-            [self.whole("extra", k) * per_sample for k in range(1 + self.moments)],
-            [self.whole("peaks", k) for k in range(self.peaks)],
-        ]
-        dr.eval(arrays)
-        mean, variance, extra, peaks = ([to_host(array, grid) for array in kind] for kind in arrays)
+        grid, channels = self.view.grid, len(self.view.channels)
+        sizes = channels, channels, 1 + self.moments, self.peaks
+        arrays = [dr.empty(mi.Float, size * self.view.pixel_count) for size in sizes]
+        for band in self.bands:
+            per_degree = dr.rcp(mi.Float64(dr.maximum(band.count, 2) - 1))
+            per_sample = dr.rcp(mi.Float(dr.maximum(band.count, 1)))
+            variances = [squares * per_degree for squares in band.deviation]
+            means = [total * per_sample for total in band.extra]
+            pixel = dr.arange(mi.UInt32, band.size) + dr.opaque(mi.UInt32, band.first)
+            for array, channel_values in zip(arrays, (band.mean, variances, means, band.peaks), strict=True):
+                interleave(array, channel_values, pixel)
+            dr.eval(arrays)
+        mean, variance, extra, peaks = (
+            to_host(array, (*grid, size)) for array, size in zip(arrays, sizes, strict=True)
+        )
         return Statistics(
-            count=count,
-            invalid=to_host(self.whole("invalid"), grid),
-            mean=stacked(mean, grid),
-            variance=stacked(variance, grid),
-            rays=extra[0],
-            moments=stacked(extra[1:], grid),
-            peaks=stacked(peaks, grid),
+            count=to_host(whole(self.bands, "count"), grid),
+            invalid=to_host(whole(self.bands, "invalid"), grid),
+            mean=mean,
+            variance=variance,
+            rays=extra[..., 0].copy(),
+            moments=extra[..., 1:].copy(),
+            peaks=peaks,
         )
 
     def develop(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return the image (H, W, C) and the standard error of each of its values, both without the border.
-
-        The image is the sum over pixels i in reach of A_i / n_i, divided by the same sum of B_i / n_i; A_i and B_i are
-        the sums of weight x channel and of weight over the n_i samples of i. Its variance is the sum of s_i^2 / n_i
-        times the square of the share that i has in the image's pixel, with s_i^2 from ``shrunken_variance``.
-        """
-        count = mi.Float64(self.whole("count"))
-        per_sample = mi.Float(dr.select(count > 0, dr.rcp(count), 0))
-        channels = range(len(self.view.channels))
-        deviation = [self.whole("deviation", c) for c in channels]
-        error = [variance * per_sample for variance in shrunken_variance(deviation, count, self.view.grid)]
-        dr.eval(per_sample, error)
-        (grid_height, grid_width), border = self.view.grid, self.view.border
-        row, column = divide(dr.arange(mi.UInt32, self.view.size[0] * self.view.size[1]), self.view.size[1])
-        corner = mi.Point2i(mi.Int32(column), mi.Int32(row)) + border
-        if self.reach == 0:
-            pixel_index = mi.UInt32(corner.y * grid_width + corner.x)
-            mean = [dr.gather(mi.Float64, self.whole("mean", c), pixel_index) for c in channels]
-            variance = [dr.gather(mi.Float, channel, pixel_index) for channel in error]
-            return self.to_image([mi.Float(channel) for channel in mean], variance, mi.Float(1.0))
-        total, variance = ([mi.Float(0) for _ in channels] for _ in range(2))
-        weight = mi.Float(0)
-        offsets = itertools.product(range(-self.reach, self.reach + 1), repeat=2)
-        for k, (down, right) in enumerate(offsets):
-            source = corner - mi.ScalarPoint2i(right, down)
-            inside = (source.x >= 0) & (source.y >= 0) & (source.x < grid_width) & (source.y < grid_height)
-            pixel = mi.UInt32(source.y * grid_width + source.x)
-            scale = dr.gather(mi.Float, per_sample, pixel, inside)
-            *sums, weight_sum = (
-                dr.gather(mi.Float, self.whole("footprint", k, c), pixel, inside) for c in (*channels, -1)
-            )
-            share = weight_sum * scale
-            weight += share
-            for c in channels:
-                total[c] += sums[c] * scale
-                variance[c] += dr.square(share) * dr.gather(mi.Float, error[c], pixel, inside)
-            dr.eval(weight, total, variance)
-        return self.to_image(total, variance, dr.select(weight == 0, 0, dr.rcp(weight)))
-
-    def to_image(
-        self, total: list[Any], variance: list[Any], scale: Any
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return ``total`` times ``scale``, and the root of ``variance`` times ``scale``, as (H, W, C) on the host."""
-        size = self.view.size
-        image = [to_host(channel * scale, size) for channel in total]
-        stderr = [to_host(dr.sqrt(channel) * dr.abs(scale), size) for channel in variance]
-        return np.stack(image, axis=-1), np.stack(stderr, axis=-1)
-
-
-def shrunken_variance(deviation: list[Any], count: Any, grid: tuple[int, int]) -> list[Any]:
-    """Return the variance of one sample (mi.Float of all pixels, per channel) from squared deviations and counts.
-
-    After few samples a pixel's own variance says too little: where light is found by chance, most pixels have not yet
-    seen what makes them noisy. So it is averaged with the variance over a window around the pixel, which counts for
-    PRIOR_DEGREES degrees of freedom (the posterior mean under an inverse-gamma prior). For quiet pixels beside noisy
-    ones the result is too large.
-    """
-    degrees = dr.maximum(count - 1, 0)
-    around = box_sum(degrees, grid)
-    per_degree = dr.select(around > 0, dr.rcp(around), 0)
-    per_sample = dr.rcp(PRIOR_DEGREES + degrees)
-    return [
-        mi.Float((PRIOR_DEGREES * per_degree * box_sum(channel, grid) + channel) * per_sample) for channel in deviation
-    ]
-
-
-def box_sum(values: Any, grid: tuple[int, int]) -> Any:
-    """Return the sums of values (one per pixel) over windows of side 2 PRIOR_RADIUS + 1, with the edge repeated."""
-    height, width = grid
-    row, column = (mi.Int32(index) for index in divide(dr.arange(mi.UInt32, height * width), width))
-    for down, right in ((0, 1), (1, 0)):
-        total = dr.zeros(type(values), height * width)
-        for offset in range(-PRIOR_RADIUS, PRIOR_RADIUS + 1):
-            y = dr.clip(row + offset * down, 0, height - 1)
-            x = dr.clip(column + offset * right, 0, width - 1)
-            total += dr.gather(type(values), values, mi.UInt32(y * width + x))
-        dr.eval(total)
-        values = total
-    return values
-
-
-def stacked(arrays: list[Singles], grid: tuple[int, int]) -> Singles:
-    """Return K arrays (H, W) as one of shape (H, W, K); (H, W, 0) if there are none."""
-    return np.stack(arrays, axis=-1) if arrays else np.zeros((*grid, 0), np.float32)
+        """Return the image (H, W, C) and the standard error of each of its values, both without the border."""
+        return reconstruct(self.bands, self.view)
 
 
 def leaves(tree: Tree) -> list[Any]:

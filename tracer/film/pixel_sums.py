@@ -2,11 +2,13 @@
 
 Each lane walks through the samples of one pixel in order. So no two lanes write to the same place, and the division of
 a picture into passes cannot change the sums. A band is small enough that adding to it, which copies it, takes little
-memory.
+memory. The many sums that the filter needs lie side by side for each pixel: a hundred arrays that are read and written
+together would push each other out of the processor's caches.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from typing import Any
 
@@ -18,6 +20,8 @@ from tracer.sampling.wavefront import Window
 
 BAND_PIXELS = 1 << 16
 """Number of pixels of each band but the last, which may have fewer."""
+PACKET = 4
+"""Number of neighbouring entries of a footprint that are read and written at once: those of an mi.Vector4f."""
 Tree = Any
 """A device array, or nested lists of device arrays."""
 FilterWeights = Callable[[Any], list[Any]]
@@ -37,8 +41,12 @@ class Band:
         self.invalid = dr.zeros(mi.UInt32, size)
         self.mean = [dr.zeros(mi.Float64, size) for _ in range(channels)]
         self.deviation = [dr.zeros(mi.Float64, size) for _ in range(channels)]
-        self.footprint = [[dr.zeros(mi.Float, size) for _ in range(channels + 1)] for _ in range(offsets)]
-        """For each offset (row by row): sums of weight x channel for every channel, then the sum of weights."""
+        self.row = PACKET * -(-offsets * (channels + 1) // PACKET)
+        """Number of entries of the footprint for each pixel."""
+        self.footprint = [dr.zeros(mi.Float, self.row * size)] if offsets else []
+        """One array, pixel after pixel; none without reach. For each offset (row by row): sums of weight x channel for
+        every channel, then the sum of weights. Zeros at the end of each pixel's row make it a whole number of packets.
+        """
         self.extra = [dr.zeros(mi.Float, size) for _ in range(1 + moments)]
         """Sum of rays, then the sums of the moments that a criterion asked for."""
         self.peaks = [dr.full(mi.Float, -dr.inf, size) for _ in range(peaks)]
@@ -52,14 +60,28 @@ class Band:
     def sums(self, arrays: list[Tree]) -> None:
         self.count, self.invalid, self.mean, self.deviation, self.footprint, self.extra, self.peaks = arrays
 
+    def footprint_of(self, first: int, end: int) -> Any:
+        """Return the footprints (mi.Float) of those of the band's pixels that are between ``first`` and ``end``."""
+        (footprint,) = self.footprint
+        begin, end = max(first - self.first, 0), min(end - self.first, self.size)
+        if end - begin == self.size:
+            return footprint
+        entry = dr.arange(mi.UInt32, (end - begin) * self.row) + dr.opaque(mi.UInt32, begin * self.row)
+        return dr.gather(mi.Float, footprint, entry)
+
     def add(self, window: Window, samples: Samples, filter_weights: FilterWeights) -> None:
         """Add the samples of a pass that belong to the band's pixels."""
         begin, end = window.lanes_of(self.first, self.size)
         # The loop writes to the arrays that it is given; copies keep those of ``sums`` as they are.
-        state = (mi.UInt32(begin), *copy(self.sums))
-        _, *self.sums = dr.while_loop(
-            state, lambda lane, *_: lane < end, lambda *arrays: step(samples, filter_weights, *arrays)
+        count, invalid, mean, deviation, footprint, extra, peaks = copy(self.sums)
+        packets = [packet for sums in footprint for packet in to_packets(sums, self.size)]
+        _, *sums = dr.while_loop(
+            (mi.UInt32(begin), count, invalid, mean, deviation, packets, extra, peaks),
+            lambda lane, *_: lane < end,
+            lambda *arrays: step(samples, filter_weights, *arrays),
         )
+        self.count, self.invalid, self.mean, self.deviation, packets, self.extra, self.peaks = sums
+        self.footprint = [from_packets(packets, self.size)] if packets else []
         dr.eval(self.sums)
 
     def merge(self, other_band: Band) -> None:
@@ -75,10 +97,7 @@ class Band:
         ]
         self.count += other_band.count
         self.invalid += other_band.invalid
-        self.footprint = [
-            [a + b for a, b in zip(own_sums, other_sums, strict=True)]
-            for own_sums, other_sums in zip(self.footprint, other_band.footprint, strict=True)
-        ]
+        self.footprint = [a + b for a, b in zip(self.footprint, other_band.footprint, strict=True)]
         self.extra = [a + b for a, b in zip(self.extra, other_band.extra, strict=True)]
         self.peaks = [dr.maximum(a, b) for a, b in zip(self.peaks, other_band.peaks, strict=True)]
         dr.eval(self.sums)
@@ -92,7 +111,7 @@ def step(
     invalid: Any,
     mean: list,
     deviation: list,
-    footprint: list,
+    packets: list,
     extra: list,
     peaks: list,
 ) -> tuple:
@@ -112,22 +131,56 @@ def step(
         q + dr.select(finite, d * (mi.Float64(value) - m), 0.0)
         for q, d, value, m in zip(deviation, difference, values, mean, strict=True)
     ]
-    added = []
-    if footprint:
+    if packets:
         position = dr.gather(mi.Point2f, samples.position, lane)
-        for arrays, weight in zip(footprint, filter_weights(position), strict=True):
-            weight = dr.select(finite, weight, 0.0)
-            added.append([dr.fma(weight, v, s) for v, s in zip([*values, mi.Float(1.0)], arrays, strict=True)])
+        weights = [dr.select(finite, weight, 0.0) for weight in filter_weights(position)]
+        factors = itertools.product(weights, [*values, mi.Float(1.0)])
+        sums = [entry for packet in packets for entry in packet]
+        added = [dr.fma(weight, value, entry) for (weight, value), entry in zip(factors, sums, strict=False)]
+        packets = in_packets([*added, *sums[len(added) :]])
     arrays = [dr.gather(mi.Float, quantity, lane) for quantity in (samples.rays, *samples.moments)]
     extra = [total + dr.select(finite, quantity, 0.0) for total, quantity in zip(extra, arrays, strict=True)]
     arrays = [dr.gather(mi.Float, quantity, lane) for quantity in samples.peaks]
     peaks = [dr.select(finite, dr.maximum(peak, quantity), peak) for peak, quantity in zip(peaks, arrays, strict=True)]
-    return lane + 1, count, invalid, mean, deviation, added, extra, peaks
+    return lane + 1, count, invalid, mean, deviation, packets, extra, peaks
+
+
+def to_packets(footprint: Any, size: int) -> list[Any]:
+    """Return the rows of a footprint of ``size`` pixels (mi.Float) as packets, mi.Vector4f with an entry a pixel."""
+    packet_count = dr.width(footprint) // (PACKET * size)
+    first = dr.arange(mi.UInt32, size) * packet_count
+    return [dr.gather(mi.Vector4f, footprint, first + k) for k in range(packet_count)]
+
+
+def from_packets(packets: list[Any], size: int) -> Any:
+    """Return the footprint of ``size`` pixels (mi.Float) whose rows consist of ``packets``."""
+    footprint = dr.empty(mi.Float, PACKET * len(packets) * size)
+    first = dr.arange(mi.UInt32, size) * len(packets)
+    for k, packet in enumerate(packets):
+        # Without this mode, each of these writes would wait for the one before it and be a kernel of its own.
+        dr.scatter(footprint, packet, first + k, mode=dr.ReduceMode.Permute)
+    return footprint
+
+
+def in_packets(entries: list[Any]) -> list[Any]:
+    """Return arrays (mi.Float), a multiple of PACKET in number, as packets of them."""
+    return [mi.Vector4f(entries[k : k + PACKET]) for k in range(0, len(entries), PACKET)]
 
 
 def bands(pixel_count: int, *sums: int) -> list[Band]:
     """Return bands that cover ``pixel_count`` pixels; ``sums``: numbers of channels, offsets and so on for ``Band``."""
     return [Band(first, min(BAND_PIXELS, pixel_count - first), *sums) for first in range(0, pixel_count, BAND_PIXELS)]
+
+
+def whole(bands: list[Band], name: str, *index: int) -> Any:
+    """Return the sums called ``name`` of all bands as one array; ``index``: which of them, in a list of them."""
+    parts = []
+    for band in bands:
+        part = getattr(band, name)
+        for k in index:
+            part = part[k]
+        parts.append(part)
+    return parts[0] if len(parts) == 1 else dr.concat(parts)
 
 
 def copy(tree: Tree) -> Tree:

@@ -26,7 +26,7 @@ from tracer.scene.view import View
 from tracer.session.state import Arrays
 from tracer.settings import Settings
 
-FORMAT = 3
+FORMAT = 4
 """Changed when older files cannot be gone on from any more."""
 MAY_CHANGE = ("spp", "noise", "noise_share", "time", "max_spp", "importance")
 """Settings with which a render may go on that were others before; of an importance image the content counts."""

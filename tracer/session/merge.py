@@ -141,7 +141,7 @@ def sums(stored: Checkpoint) -> Estimate:
         if "allocation" in stored.arrays and "held_out.0" in stored.arrays:
             total.merge(restored(stored, "held_out"))  # stopped: as in the picture that was made of it
         return total
-    except (ValueError, KeyError, TypeError, AttributeError, OverflowError):
+    except (ValueError, KeyError, TypeError, AttributeError, OverflowError, RuntimeError):
         raise damaged(stored) from None
 
 
@@ -151,7 +151,7 @@ def restored(stored: Checkpoint, name: str) -> Estimate:
     kinds, _ = fields.pop("kinds"), fields.pop("filter")
     fields |= {name: tuple(fields[name]) for name in ("size", "window")}
     frame, sums = PlainFrame(**fields), numbered_arrays(stored.arrays, name)
-    if any(array.shape != (frame.pixel_count,) for array in sums[1:]):  # before memory is asked for
+    if any(array.shape[:1] != (frame.pixel_count,) for array in sums[1:]):  # before memory is asked for
         raise ValueError("these sums are of another number of pixels")
     estimate = Estimate(frame, *kinds)
     estimate.restore(sums)
