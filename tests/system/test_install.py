@@ -1,21 +1,59 @@
 """What a new user does: install the wheel in a new environment, elsewhere, and run the demo."""
 
+import ast
+import contextlib
 import os
 import subprocess
 import sys
+import sysconfig
+from importlib import metadata
 from pathlib import Path
 from zipfile import ZipFile
 
 import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 from conftest import PATIENCE
 
 ROOT = Path(__file__).parents[2]
+OPTIONAL = {"IPython", "ase", "dask", "distributed", "mitsuba_oidn", "tevclient"}
+"""Modules that are imported only where somebody asks for what needs them; extras install them."""
+
+
+def imported(path):
+    """Return the first names of all modules that a file imports."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            yield from (alias.name.partition(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.level == 0:
+            yield node.module.partition(".")[0]
+
+
+def installed_with(package, names):
+    """Add to ``names`` all packages that are installed with a package, extras left out."""
+    for requirement in map(Requirement, metadata.requires(package) or []):
+        name = canonicalize_name(requirement.name)
+        if "extra" not in str(requirement.marker) and name not in names:
+            names.add(name)
+            with contextlib.suppress(metadata.PackageNotFoundError):  # on other systems
+                installed_with(name, names)
+    return names
+
+
+def test_what_is_imported_is_installed_with_the_wheel():
+    present = installed_with("mitsuba-tracer", set())
+    modules = {name for path in (ROOT / "tracer").rglob("*.py") for name in imported(path)}
+    modules -= {*sys.stdlib_module_names, *OPTIONAL, "tracer"}
+    packages = metadata.packages_distributions()
+    missing = {name for name in modules if present.isdisjoint(map(canonicalize_name, packages.get(name, [])))}
+    assert not missing
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(1800)
 def test_wheel_runs_the_demo_outside_the_checkout(tmp_path):
+    """Dependencies are those of this environment: installing them once more takes minutes."""
     subprocess.run([sys.executable, "-m", "build", "--wheel", "--outdir", str(tmp_path), str(ROOT)], check=True)
     (wheel,) = tmp_path.glob("mitsuba_tracer-*.whl")
     with ZipFile(wheel) as installed:
@@ -23,10 +61,14 @@ def test_wheel_runs_the_demo_outside_the_checkout(tmp_path):
     assert {folder for folder in folders if not folder.endswith(".dist-info")} == {"tracer"}
     environment = tmp_path / "venv"
     subprocess.run([sys.executable, "-m", "venv", str(environment)], check=True)
+    (site_packages,) = environment.glob("lib/python*/site-packages")
+    (site_packages / "dependencies.pth").write_text(sysconfig.get_path("purelib"))  # behind what is installed here
     folder = tmp_path / "elsewhere"
     folder.mkdir()
     clean = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "DRJIT_LIBLLVM_PATH", "VIRTUAL_ENV")}
-    subprocess.run([str(environment / "bin" / "pip"), "install", "-q", str(wheel)], check=True, cwd=folder, env=clean)
+    install = [str(environment / "bin" / "pip"), "install", "-q", "--no-deps", "--force-reinstall", str(wheel)]
+    subprocess.run(install, check=True, cwd=folder, env=clean)
+    assert (site_packages / "tracer").is_dir()
     program = environment / "bin" / "tracer"
     result = subprocess.run(
         [str(program), "demo"], cwd=folder, env=clean, capture_output=True, text=True, timeout=PATIENCE

@@ -42,7 +42,7 @@ def peak(*arguments):
 
 @pytest.mark.slow
 def test_peak_is_bounded():
-    peaks = [peak(spp, 1600, 1200, 0) for spp in (16, 64)]
+    peaks = [peak(spp, 1600, 1200, 0) for spp in (8, 32)]
     print([f"{each / 1e9:.2f} GB" for each in peaks])
     assert max(peaks) < 1600 * 1200 * BYTES_PER_PIXEL + BYTES_PER_PASS
     assert peaks[1] < 1.3 * peaks[0]
@@ -51,9 +51,9 @@ def test_peak_is_bounded():
 @pytest.mark.slow
 @pytest.mark.parametrize(("width", "height", "limit"), [(256, 256, 0.42), (1280, 720, 1.4)])
 def test_a_limit_is_kept(tmp_path, width, height, limit):
-    plain = peak(64, width, height, limit)
-    kept = peak(64, width, height, limit * 1.2, tmp_path / "state.ckpt")
-    denoised = peak(16, width, height, limit * 3, "denoise")
+    plain = peak(32, width, height, limit)
+    kept = peak(32, width, height, limit * 1.2, tmp_path / "state.ckpt")
+    denoised = peak(8, width, height, limit * 3, "denoise")
     print(f"{plain / GIB:.2f} GiB of {limit}, {kept / GIB:.2f} with a checkpoint, {denoised / GIB:.2f} denoised")
     assert denoised < 3 * limit * GIB
     assert plain < limit * GIB
