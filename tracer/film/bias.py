@@ -26,7 +26,7 @@ import mitsuba as mi
 import numpy as np
 
 from tracer.core.arrays import Singles
-from tracer.core.device import channels_of, divide, to_host, upload
+from tracer.core.device import channels_of, divide, interleave, to_host, upload
 from tracer.core.reductions import sums
 from tracer.core.smoothing import box, smoothed
 from tracer.film.estimate import Statistics
@@ -181,12 +181,14 @@ def lost_light(image: Singles, stderr: Singles, missing: Singles, colours: int) 
     brightness, errors, lacking = (channels_of(values, colours) for values in (image, stderr, missing))
     shares = [share_of_light(dr.abs(value), NOISY * error) for value, error in zip(brightness, errors, strict=True)]
     trust = trusted(sum(map(mi.Float64, lacking)))
-    lost = np.zeros_like(image)
-    for k, (share, share_sum, lacking_sum) in enumerate(zip(shares, sums(*shares), sums(*lacking), strict=True)):
+    lights = []
+    for share, share_sum, lacking_sum in zip(shares, sums(*shares), sums(*lacking), strict=True):
         part = lacking_sum * trust / share_sum if 0 < share_sum < np.inf and trust > 0 else 0.0
         light = share * dr.opaque(mi.Float, np.clip(part, -MOST, MOST))
-        lost[..., k] = to_host(dr.select(dr.isfinite(share), light, 0), image.shape[:2])
-    return lost
+        lights.append(dr.select(dr.isfinite(share), light, 0))
+    lost = dr.zeros(mi.Float, image.size)
+    interleave(lost, [*lights, *[mi.Float(0)] * (image.shape[-1] - colours)], dr.arange(mi.UInt32, dr.width(lights[0])))
+    return to_host(lost, image.shape)
 
 
 def share_of_light(brightness: Any, noise: Any) -> Any:

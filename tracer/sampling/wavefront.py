@@ -108,19 +108,26 @@ class Line:
 
         ``first_pixel``: first pixel of the estimate to which they are added.
         """
-        ends = stretch.ends
-        begins = ends - (stretch.after - stretch.before)
-        drawn = stretch.before if drawn is None else drawn
         self.first_pixel = stretch.first_pixel - first_pixel
-        first_needed = begins + (drawn - stretch.before)
+        self.ends = stretch.ends
+        self.begins: NDArray[np.int64] = self.ends - (stretch.after - stretch.before)
+        self.own = self.begins
+        self.base: NDArray[np.int64] = stretch.before - self.begins
+        if drawn is not None and not np.array_equal(drawn, stretch.before):
+            self.leave_out(drawn - stretch.before)
+        self.total = int(self.ends[-1]) if len(self.ends) else 0
+        """Number of lanes."""
+        self.taken = 0
+
+    def leave_out(self, drawn: Counts) -> None:
+        """Leave out packets of which none of the samples is needed: of each pixel, the first ``drawn`` (P,) are not."""
+        begins, ends = self.begins, self.ends
+        first_needed: NDArray[np.int64] = begins + drawn
         low, high = whole_packets(begins, first_needed, ends)
         self.ends = np.cumsum(high - low)
         self.begins = self.ends - (high - low)
         self.own = np.minimum(self.begins + (first_needed - low), self.ends)
-        self.base = stretch.before + (low - begins) - self.begins
-        self.total = int(self.ends[-1]) if len(ends) else 0
-        """Number of lanes."""
-        self.taken = 0
+        self.base = self.base + low - self.begins
 
     def take(self, size: int) -> Window:
         """Return the next ``size`` lanes, or those that are left. Passes may split a pixel, but never a packet."""
@@ -158,8 +165,6 @@ def whole_packets(
     All arrays are (P,). Each pixel has the lanes ``begins`` to ``ends`` - 1 and needs those from ``first_needed`` on.
     Lanes between two needed ones of a packet are traced, too.
     """
-    if np.array_equal(begins, first_needed):
-        return begins, ends
     needed = first_needed < ends
     reach_down = np.where(needed, floor(first_needed), ends[-1] + PACKET)
     reach_up = np.where(needed, ceil(ends), 0)

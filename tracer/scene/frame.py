@@ -9,8 +9,8 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.core.device import upload
-from tracer.image.colour import luminance
+from tracer.core.device import channels_of, upload
+from tracer.image.colour import LUMINANCE, luminance
 
 
 class Frame:
@@ -57,6 +57,15 @@ class Frame:
         if self.channels[0] == "X":
             return image[..., 1]
         return luminance(image[..., : self.colour_channels])
+
+    def luminance_on_device(self, image: NDArray) -> Any:
+        """Return the same as ``luminance``, computed on the device, as an mi.Float, row by row."""
+        colours = [mi.Float64(channel) for channel in channels_of(image, self.colour_channels)]
+        if self.channels[0] == "X":
+            return mi.Float(colours[1])
+        if len(colours) == 1:
+            return mi.Float(colours[0])
+        return mi.Float(sum(weight * colour for weight, colour in zip(LUMINANCE.tolist(), colours, strict=True)))
 
     def rgb(self, image: NDArray) -> NDArray:
         """Return the colours (H, W, 3) of an image (H, W, C) in the channels of this frame, as linear sRGB."""

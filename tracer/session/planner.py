@@ -6,7 +6,6 @@ from collections.abc import Callable
 from contextlib import nullcontext
 from typing import Any
 
-import mitsuba as mi
 import numpy as np
 
 from tracer.adaptive.allocation import decide, relative
@@ -16,7 +15,7 @@ from tracer.adaptive.sharing import share_out
 from tracer.complexity.pilot import Complexity
 from tracer.core import threads
 from tracer.core.arrays import Floats
-from tracer.core.device import to_host, upload
+from tracer.core.device import to_host
 from tracer.core.smoothing import gaussian, smoothed
 from tracer.criteria import Criterion, Evidence
 from tracer.film import bias
@@ -148,8 +147,7 @@ class Planner:
         if known is None:
             return np.ones(self.view.grid)
         if self.weighed is None or self.weighed[0] is not known:
-            brightness = upload(mi.Float, self.view.luminance(known.mean))
-            (smooth_brightness,) = smoothed(brightness, self.view.grid, gaussian(1.0))
+            (smooth_brightness,) = smoothed(self.view.luminance_on_device(known.mean), self.view.grid, gaussian(1.0))
             smooth = to_host(smooth_brightness, self.view.grid)
             weights = objective.weights(self.settings.objective, smooth, self.settings.exposure)
             self.weighed = known, objective.without_scale(weights)
