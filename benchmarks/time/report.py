@@ -39,13 +39,15 @@ WIDTH = 256
 SPPS, MORE_SPPS = (16, 64), (4, 256)
 """Samples per pixel of the pictures of all scenes, and further ones for SIZED."""
 SIZED = ("spheres_and_rods", "window_interior", MADE)
-"""Scenes that are rendered with more numbers of samples, in all sizes, and with one thread."""
+"""Scenes that are rendered with more numbers of samples, in several sizes, and with one thread."""
 SIZES = ((128, 72), (512, 288), (1280, 720), (1920, 1080), (3840, 2160))
 """Sizes of their pictures, (width, height)."""
-SCALED_SIZE = SIZES[2]
+MOST_SIZES_MADE = 3
+"""Number of sizes in which MADE is rendered, from the smallest on: many shapes cost small pictures most."""
+SCALED_SIZE = SIZES[3]
 """Size of the picture that tells what more cores would bring, next to that of WIDTH."""
 SIZED_SPP, LARGE_SPP = 16, 64
-"""Samples per pixel of these pictures, and of the largest one once more."""
+"""Samples per pixel of these pictures, and of the largest ones once more."""
 PARTS = ("pilot", "drawing", "adding", "statistics", "deciding", "developing", "rest")
 """Parts of a render, as the report names them after ``seconds_``."""
 
@@ -115,13 +117,16 @@ def all_cases(paths: dict[str, Path]) -> Iterable[Case]:
     for name, path in paths.items():
         for spp in (*SPPS, *(MORE_SPPS if name in SIZED else ())):
             yield Case(name, path, WIDTH, spp, threads)
+    one_thread = mi.variant().startswith("llvm_")
     for name in SIZED:
-        for size in SIZES:
+        for size in SIZES[:MOST_SIZES_MADE] if name == MADE else SIZES:
             yield Case(name, paths[name], size, SIZED_SPP, threads)
-        if mi.variant().startswith("llvm_"):
+        if one_thread:
             yield Case(name, paths[name], WIDTH, LARGE_SPP, 1, ("owen_sobol", *CRITERIA))
-            yield Case(name, paths[name], SCALED_SIZE, SIZED_SPP, 1, ("fused",))
     yield Case(SIZED[0], paths[SIZED[0]], SIZES[-1], LARGE_SPP, threads)
+    for name in SIZED[:2] if one_thread else ():
+        for thread_count in (threads, 1):
+            yield Case(name, paths[name], SCALED_SIZE, LARGE_SPP, thread_count)
 
 
 def to_page(numbers: dict[str, Any]) -> str:
@@ -150,8 +155,7 @@ As in the first table, at {SIZED_SPP} spp and for other sizes.
 
 {same_samples([row for row in rows if row.width != WIDTH and row.spp == SIZED_SPP])}""",
         "Parts by size": f"""
-As above, for the largest picture at {LARGE_SPP} spp, too. GiB: memory that the benchmark has taken at most so far; of
-the last row, what that picture takes.
+As above, for the two largest sizes at {LARGE_SPP} spp, too. GiB: most memory that the benchmark has taken until then.
 
 {parts_table([row for row in rows if row.width != WIDTH and row.way == "fused" and row.threads == threads])}""",
         "One thread": f"""

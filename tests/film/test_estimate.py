@@ -133,13 +133,15 @@ def test_the_number_of_threads_changes_no_bit(cornell):
             dr.set_thread_count(threads)
 
 
-def test_pixels_of_several_bands_are_those_of_one(cornell, monkeypatch):
+@pytest.mark.parametrize(("band_pixels", "band_count"), [(100, 4), (10, 39)])
+def test_pixels_of_several_bands_are_those_of_one(cornell, monkeypatch, band_pixels, band_count):
+    """Also where the filter reaches beyond the next band."""
     with open_scene(cornell()) as view:
         counts = uneven(view)
         one = draw_all(view, counts)
-        monkeypatch.setattr("tracer.film.pixel_sums.BAND_PIXELS", 100)
+        monkeypatch.setattr("tracer.film.pixel_sums.BAND_PIXELS", band_pixels)
         several = draw_all(view, counts, pass_size=500)
-        assert (len(one.bands), len(several.bands)) == (1, 4)
+        assert (len(one.bands), len(several.bands)) == (1, band_count)
         assert same_statistics(several.statistics(), one.statistics())
         assert all(np.array_equal(a, b) for a, b in zip(several.develop(), one.develop(), strict=True))
 
@@ -276,3 +278,15 @@ def test_rays_moments_and_peaks_are_means_and_maxima(cornell):
         most = [each[own].max(initial=-np.inf) for each in drawn[2:4]]
         assert [found.rays.flat[k], *found.moments.reshape(6, 2)[k]] == pytest.approx(mean, rel=1e-5)
         assert list(found.peaks.reshape(6, 2)[k]) == most
+
+
+@pytest.mark.parametrize("size", [(1, 1), (5, 1)])
+def test_nothing_is_drawn_of_a_small_picture(cornell, size):
+    with open_scene(cornell(size=size)) as view:
+        estimate = Estimate(view, moments=1, peaks=2)
+        image, stderr = estimate.develop()
+        assert all(np.array_equal(a, b) for a, b in zip(estimate.blank(), estimate.state(), strict=True))
+        assert np.all(estimate.statistics().peaks == -np.inf)
+    assert image.shape == stderr.shape == (size[1], size[0], 3)
+    assert not image.any()
+    assert not stderr.any()

@@ -105,6 +105,21 @@ def test_a_merge_misses_what_denoising_needs(cornell, tmp_path, denoise):
             merge([path], denoise=denoise)
 
 
+@pytest.mark.parametrize(
+    "wrong", [{"size": (10**9, 10**9)}, {"kinds": (10**9, 0)}, {"reach": 500}, {"kinds": (0,)}, {"size": (16,)}]
+)
+def test_sums_are_those_of_the_picture_that_a_file_tells(cornell, tmp_path, wrong):
+    """Before anything is made of it: nobody has the memory for pictures that a damaged file tells."""
+    path = tmp_path / "one.ckpt"
+    part(cornell, path, 1)
+    stored = checkpoint.read(path)
+    no_sums = {name: array for name, array in stored.arrays.items() if not name.startswith("estimate.")}
+    for arrays in (stored.arrays, no_sums):
+        checkpoint.write(replace(stored, arrays=arrays, frame={**stored.frame, **wrong}))
+        with pytest.raises(CheckpointError, match="damaged"):
+            merge([path])
+
+
 def test_a_merge_counts_as_many_renders_as_it_has(cornell, tmp_path):
     """Features of three renders, two of which were merged before, are those of all three at once."""
     paths = [tmp_path / f"{seed}.ckpt" for seed in range(3)]

@@ -15,11 +15,11 @@ SCENES += ("depth_of_field", "even_noise")
 def errors_in_standard_errors(name):
     """Return |error / standard error|^2 of all values, by spp."""
     loaded = load(str(files("tracer.scenes") / f"{name}.xml"))
-    truth = tracer.render(loaded, size=48, spp=1 << 12, seed=10**6, criterion="uniform").image
+    truth = tracer.render(loaded, size=40, spp=3 << 10, seed=10**6, criterion="uniform").image
     found = {}
     for spp in (16, 64, 256):
         for seed in range(2):
-            result = tracer.render(loaded, size=48, spp=spp, seed=seed)
+            result = tracer.render(loaded, size=40, spp=spp, seed=seed)
             known = result.stderr > 1e-6 * np.maximum(result.image, 1e-3)
             ratio = (result.image - truth)[known] / result.stderr[known]
             found.setdefault(spp, []).append(ratio.astype(np.float64) ** 2)

@@ -43,7 +43,8 @@ def installed_with(package, names):
 
 def test_what_is_imported_is_installed_with_the_wheel():
     present = installed_with("mitsuba-tracer", set())
-    modules = {name for path in (ROOT / "tracer").rglob("*.py") for name in imported(path)}
+    shipped = [*(ROOT / "tracer").rglob("*.py"), *(ROOT / "plugins").glob("*.py")]
+    modules = {name for path in shipped for name in imported(path)}
     modules -= {*sys.stdlib_module_names, *OPTIONAL, "tracer"}
     packages = metadata.packages_distributions()
     missing = {name for name in modules if present.isdisjoint(map(canonicalize_name, packages.get(name, [])))}
@@ -63,6 +64,8 @@ def test_wheel_runs_the_demo_outside_the_checkout(tmp_path):
     subprocess.run([sys.executable, "-m", "venv", str(environment)], check=True)
     (site_packages,) = environment.glob("lib/python*/site-packages")
     (site_packages / "dependencies.pth").write_text(sysconfig.get_path("purelib"))  # behind what is installed here
+    for module in OPTIONAL:
+        (site_packages / f"{module}.py").write_text("raise ImportError")
     folder = tmp_path / "elsewhere"
     folder.mkdir()
     clean = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "DRJIT_LIBLLVM_PATH", "VIRTUAL_ENV")}

@@ -20,7 +20,7 @@ from tracer.session import checkpoint
 
 SIZE = LIT.replace('value="12"', 'value="96"').replace('value="8"', 'value="64"')
 BALL = '<shape type="sphere"><bsdf type="roughconductor"/></shape>'
-MOMENTS = 6
+MOMENTS = 5
 
 
 @pytest.fixture

@@ -25,7 +25,7 @@ class RemoteSums:
     settings: RoundSettings | None = None
     """Settings that all samples have in common; None before the first round."""
     begun: list[NDArray] | None = None
-    """Sums (P,) of an earlier render that this one goes on from. Workers cannot draw them again, so they are kept."""
+    """Sums (P, ...) of an earlier render that this one goes on from, which workers cannot draw again."""
     rounds: list[Stretch] = field(default_factory=list)
     """Rounds of the whole picture that were drawn since then, or are being drawn."""
 

@@ -74,13 +74,13 @@ def cut(sums: Buffer, alike: Sequence[NDArray], skip: int, size: int) -> list[ND
 
     ``alike``: arrays of the same types and shapes, but for their numbers of pixels.
     """
-    pixel_bytes = [array.strides[0] for array in alike]
+    pixel_bytes = [array[:1].nbytes for array in alike]
     pixel_count = len(sums) // sum(pixel_bytes)
     arrays, start = [], 0
-    for array, stride in zip(alike, pixel_bytes, strict=True):
-        piece = sums[start + skip * stride : start + (skip + size) * stride]
+    for array, bytes_each in zip(alike, pixel_bytes, strict=True):
+        piece = sums[start + skip * bytes_each : start + (skip + size) * bytes_each]
         arrays.append(piece.view(array.dtype).reshape(size, *array.shape[1:]))
-        start += pixel_count * stride
+        start += pixel_count * bytes_each
     return arrays
 
 

@@ -27,7 +27,7 @@ def fetch_sums(
     arrays: Sequence[NDArray],
     came: NDArray[np.bool_],
 ) -> int:
-    """Write the sums of regions into ``arrays`` (P,), and mark in ``came`` (P,) the pixels whose sums came.
+    """Write the sums of regions into ``arrays`` (P, ...), and mark in ``came`` (P,) the pixels whose sums came.
 
     Sums of ``silent`` workers are asked for last. Sums that are lost with their worker do not come. Returns the bytes
     that were received. Raises ClusterError.
@@ -58,7 +58,7 @@ def fetch_sums(
 
 
 def scatter_sums(connection: Connection, arrays: Sequence[NDArray], parts: int) -> list[Region]:
-    """Send the sums (P,) of a whole picture to workers in at most ``parts`` pieces; return where they are."""
+    """Send the sums (P, ...) of a whole picture to workers in at most ``parts`` pieces; return where they are."""
     pixel_count = len(arrays[0])
     size = -(-pixel_count // parts)
     regions = []

@@ -68,8 +68,9 @@ def channels_of(values: Singles, count: int) -> list[Any]:
 def interleave(target: Any, channels: Sequence[Any], pixel: Any, active: Any = True) -> None:
     """Write the values of pixels into ``target`` (mi.Float), which has all channels of pixel 0, then of pixel 1, ...
 
-    ``channels``: for each, an array of a value a pixel; ``pixel`` (mi.UInt32): no two may be the same; ``active``:
-    which of them are written. ``target`` is written when it is evaluated, so that several writes may be one kernel.
+    ``channels``: for each, an array with one value for each pixel; ``pixel`` (mi.UInt32): no two may be the same;
+    ``active``: which of them are written. ``target`` is written when it is evaluated, so that several writes may be one
+    kernel.
     """
     first = pixel * len(channels)
     for k, channel in enumerate(channels):

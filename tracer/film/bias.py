@@ -186,7 +186,7 @@ def lost_light(image: Singles, stderr: Singles, missing: Singles, colours: int) 
         part = lacking_sum * trust / share_sum if 0 < share_sum < np.inf and trust > 0 else 0.0
         light = share * dr.opaque(mi.Float, np.clip(part, -MOST, MOST))
         lights.append(dr.select(dr.isfinite(share), light, 0))
-    lost = dr.zeros(mi.Float, image.size)
+    lost = dr.empty(mi.Float, image.size)
     interleave(lost, [*lights, *[mi.Float(0)] * (image.shape[-1] - colours)], dr.arange(mi.UInt32, dr.width(lights[0])))
     return to_host(lost, image.shape)
 

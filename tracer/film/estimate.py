@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from tracer.core.arrays import Singles
 from tracer.core.device import interleave, numpy_kind, to_host, upload
-from tracer.film.pixel_sums import Tree, bands, whole
+from tracer.film.pixel_sums import Tree, bands, footprint_length, whole
 from tracer.film.reconstruction import reconstruct
 from tracer.sampling.samples import Samples
 from tracer.sampling.wavefront import Window, rays_of_packets
@@ -98,39 +98,36 @@ class Estimate:
 
     def state(self) -> list[NDArray]:
         """Return all sums as NumPy arrays, (P,) or (P, K), for another process to ``restore``."""
-        parts = [
-            [array.numpy().reshape(-1, *row) for array, row in zip(leaves(band.sums), self.rows, strict=True)]
-            for band in self.bands
+        pieces = zip(*(leaves(band.sums) for band in self.bands), strict=True)
+        shapes = shapes_of_sums(self.view, self.moments, self.peaks)
+        return [
+            self.layout,
+            *(
+                np.concatenate([piece.numpy() for piece in arrays]).reshape(shape)
+                for arrays, shape in zip(pieces, shapes, strict=True)
+            ),
         ]
-        return [self.layout, *(np.concatenate(pieces) for pieces in zip(*parts, strict=True))]
 
     def blank(self) -> list[NDArray]:
         """Return arrays like those of ``state`` for an estimate without samples, without work on the device."""
-        arrays = zip(leaves(self.bands[0].sums), self.rows, strict=True)
-        return [self.layout, *(np.zeros((self.view.pixel_count, *row), numpy_kind(array)) for array, row in arrays)]
+        kinds = [numpy_kind(array) for array in leaves(self.bands[0].sums)]
+        shapes = shapes_of_sums(self.view, self.moments, self.peaks)
+        arrays = [np.zeros(shape, kind) for shape, kind in zip(shapes, kinds, strict=True)]
+        for peaks in arrays[len(arrays) - self.peaks :]:
+            peaks[...] = -np.inf
+        return [self.layout, *arrays]
 
     def restore(self, state: list[NDArray]) -> None:
         """Take over sums that ``state`` returned in another process. Raises ValueError for those of another view."""
-        if len(state) != 1 + len(self.rows) or not np.array_equal(state[0], self.layout):
-            raise ValueError("these sums are of another view")
-        shapes = [(self.view.pixel_count, *row) for row in self.rows]
-        if any(array.shape != shape for array, shape in zip(state[1:], shapes, strict=True)):
-            raise ValueError("these sums are of another number of pixels")
+        require_sums_of(self.view, self.moments, self.peaks, state)
         for band in self.bands:
             pieces = iter([array[band.first : band.first + band.size] for array in state[1:]])
             band.sums = [rebuilt(tree, pieces) for tree in band.sums]
 
     @property
-    def rows(self) -> list[tuple[int, ...]]:
-        """Shapes of what each array of the sums has for a pixel: () for one value, or (K,) for K values."""
-        band = self.bands[0]
-        counts = [dr.width(array) // band.size for array in leaves(band.sums)]
-        return [() if count == 1 else (count,) for count in counts]
-
-    @property
     def layout(self) -> NDArray[np.int64]:
         """Size of the grid, then numbers of channels, reach, moments and peaks: equal in estimates that can merge."""
-        return np.array([*self.view.grid, len(self.view.channels), self.reach, self.moments, self.peaks])
+        return layout_of(self.view, self.moments, self.peaks)
 
     def statistics(self) -> Statistics:
         """Return what is known so far, as arrays on the host."""
@@ -162,6 +159,31 @@ class Estimate:
     def develop(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return the image (H, W, C) and the standard error of each of its values, both without the border."""
         return reconstruct(self.bands, self.view)
+
+
+def layout_of(frame: Frame, moments: int, peaks: int) -> NDArray[np.int64]:
+    """Return the layout of an estimate of a frame, see ``Estimate.layout``."""
+    return np.array([*frame.grid, len(frame.channels), frame.reach, moments, peaks])
+
+
+def shapes_of_sums(frame: Frame, moments: int, peaks: int) -> list[tuple[int, ...]]:
+    """Return the shapes of the arrays of a state, but for the layout: (P,), or (P, K) for the footprint."""
+    pixel_count, channels = frame.pixel_count, len(frame.channels)
+    row_length = footprint_length((2 * frame.reach + 1) ** 2, channels)
+    footprint: list[tuple[int, ...]] = [(pixel_count, row_length)] if frame.reach else []
+    return [(pixel_count,)] * (2 + 2 * channels) + footprint + [(pixel_count,)] * (1 + moments + peaks)
+
+
+def require_sums_of(frame: Frame, moments: int, peaks: int, state: list[NDArray]) -> None:
+    """Raise ValueError if arrays are not a state of an estimate of the frame."""
+    # The numbers may come from a damaged file: nothing may be made of them before they are known to fit.
+    if not state or not np.array_equal(state[0], layout_of(frame, moments, peaks)) or moments + peaks > len(state):
+        raise ValueError("these sums are of another view")
+    shapes = shapes_of_sums(frame, moments, peaks)
+    if len(state) != 1 + len(shapes):
+        raise ValueError("these sums are of another view")
+    if [array.shape for array in state[1:]] != shapes:
+        raise ValueError("these sums are of another number of pixels")
 
 
 def leaves(tree: Tree) -> list[Any]:

@@ -20,7 +20,7 @@ from tracer.sampling.wavefront import Window
 
 BAND_PIXELS = 1 << 16
 """Number of pixels of each band but the last, which may have fewer."""
-PACKET = 4
+AT_ONCE = 4
 """Number of neighbouring entries of a footprint that are read and written at once: those of an mi.Vector4f."""
 Tree = Any
 """A device array, or nested lists of device arrays."""
@@ -41,11 +41,12 @@ class Band:
         self.invalid = dr.zeros(mi.UInt32, size)
         self.mean = [dr.zeros(mi.Float64, size) for _ in range(channels)]
         self.deviation = [dr.zeros(mi.Float64, size) for _ in range(channels)]
-        self.row = PACKET * -(-offsets * (channels + 1) // PACKET)
-        """Number of entries of the footprint for each pixel."""
-        self.footprint = [dr.zeros(mi.Float, self.row * size)] if offsets else []
-        """One array, pixel after pixel; none without reach. For each offset (row by row): sums of weight x channel for
-        every channel, then the sum of weights. Zeros at the end of each pixel's row make it a whole number of packets.
+        self.footprint_length = footprint_length(offsets, channels)
+        """Number of entries of the footprint of a pixel."""
+        self.footprint = [dr.zeros(mi.Float, self.footprint_length * size)] if offsets else []
+        """List of one array, pixel after pixel; an empty list for a filter without reach. For each offset (row by row):
+        sums of weight x channel for every channel, then the sum of weights. Zeros at the end of each pixel's entries
+        make them a multiple of AT_ONCE.
         """
         self.extra = [dr.zeros(mi.Float, size) for _ in range(1 + moments)]
         """Sum of rays, then the sums of the moments that a criterion asked for."""
@@ -66,7 +67,8 @@ class Band:
         begin, end = max(first - self.first, 0), min(end - self.first, self.size)
         if end - begin == self.size:
             return footprint
-        entry = dr.arange(mi.UInt32, (end - begin) * self.row) + dr.opaque(mi.UInt32, begin * self.row)
+        entry = dr.arange(mi.UInt32, (end - begin) * self.footprint_length)
+        entry += dr.opaque(mi.UInt32, begin * self.footprint_length)
         return dr.gather(mi.Float, footprint, entry)
 
     def add(self, window: Window, samples: Samples, filter_weights: FilterWeights) -> None:
@@ -134,10 +136,10 @@ def step(
     if packets:
         position = dr.gather(mi.Point2f, samples.position, lane)
         weights = [dr.select(finite, weight, 0.0) for weight in filter_weights(position)]
-        factors = itertools.product(weights, [*values, mi.Float(1.0)])
+        factors = list(itertools.product(weights, [*values, mi.Float(1.0)]))
         sums = [entry for packet in packets for entry in packet]
-        added = [dr.fma(weight, value, entry) for (weight, value), entry in zip(factors, sums, strict=False)]
-        packets = in_packets([*added, *sums[len(added) :]])
+        added = [dr.fma(*pair, entry) for pair, entry in zip(factors, sums[: len(factors)], strict=True)]
+        packets = in_packets([*added, *sums[len(factors) :]])
     arrays = [dr.gather(mi.Float, quantity, lane) for quantity in (samples.rays, *samples.moments)]
     extra = [total + dr.select(finite, quantity, 0.0) for total, quantity in zip(extra, arrays, strict=True)]
     arrays = [dr.gather(mi.Float, quantity, lane) for quantity in samples.peaks]
@@ -145,16 +147,24 @@ def step(
     return lane + 1, count, invalid, mean, deviation, packets, extra, peaks
 
 
+def footprint_length(offsets: int, channels: int) -> int:
+    """Return the number of entries of the footprint of a pixel; ``offsets``: number of pixels that the filter reaches.
+
+    That is a sum for each channel, and the sum of weights, for each of these pixels; then zeros up to a whole packet.
+    """
+    return AT_ONCE * -(-offsets * (channels + 1) // AT_ONCE)
+
+
 def to_packets(footprint: Any, size: int) -> list[Any]:
-    """Return the rows of a footprint of ``size`` pixels (mi.Float) as packets, mi.Vector4f with an entry a pixel."""
-    packet_count = dr.width(footprint) // (PACKET * size)
+    """Return the footprint of ``size`` pixels (mi.Float) as a list of mi.Vector4f, each with one packet a pixel."""
+    packet_count = dr.width(footprint) // (AT_ONCE * size)
     first = dr.arange(mi.UInt32, size) * packet_count
     return [dr.gather(mi.Vector4f, footprint, first + k) for k in range(packet_count)]
 
 
 def from_packets(packets: list[Any], size: int) -> Any:
-    """Return the footprint of ``size`` pixels (mi.Float) whose rows consist of ``packets``."""
-    footprint = dr.empty(mi.Float, PACKET * len(packets) * size)
+    """Return the footprint of ``size`` pixels (mi.Float) that consists of ``packets``."""
+    footprint = dr.empty(mi.Float, AT_ONCE * len(packets) * size)
     first = dr.arange(mi.UInt32, size) * len(packets)
     for k, packet in enumerate(packets):
         # Without this mode, each of these writes would wait for the one before it and be a kernel of its own.
@@ -163,8 +173,8 @@ def from_packets(packets: list[Any], size: int) -> Any:
 
 
 def in_packets(entries: list[Any]) -> list[Any]:
-    """Return arrays (mi.Float), a multiple of PACKET in number, as packets of them."""
-    return [mi.Vector4f(entries[k : k + PACKET]) for k in range(0, len(entries), PACKET)]
+    """Return arrays (mi.Float), a multiple of AT_ONCE in number, as packets of them."""
+    return [mi.Vector4f(entries[k : k + AT_ONCE]) for k in range(0, len(entries), AT_ONCE)]
 
 
 def bands(pixel_count: int, *sums: int) -> list[Band]:
@@ -172,10 +182,10 @@ def bands(pixel_count: int, *sums: int) -> list[Band]:
     return [Band(first, min(BAND_PIXELS, pixel_count - first), *sums) for first in range(0, pixel_count, BAND_PIXELS)]
 
 
-def whole(bands: list[Band], name: str, *index: int) -> Any:
+def whole(parts_of_picture: list[Band], name: str, *index: int) -> Any:
     """Return the sums called ``name`` of all bands as one array; ``index``: which of them, in a list of them."""
     parts = []
-    for band in bands:
+    for band in parts_of_picture:
         part = getattr(band, name)
         for k in index:
             part = part[k]

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.core.device import divide, interleave, to_host
-from tracer.film.pixel_sums import PACKET, Band, from_packets, in_packets, whole
+from tracer.film.pixel_sums import AT_ONCE, Band, from_packets, in_packets, whole
 from tracer.scene.frame import Frame
 
 PRIOR_RADIUS, PRIOR_DEGREES = 3, 16.0
@@ -35,23 +35,23 @@ class Rows:
     array: Any
     """mi.Float: the row of pixel 0, then that of pixel 1, ..."""
     length: int
-    """Entries of a row, a multiple of PACKET."""
+    """Entries of a row, a multiple of AT_ONCE."""
 
     @classmethod
     def of(cls, columns: list[Any]) -> Rows:
         """Return rows of the values of pixels, one mi.Float for each of ``columns``; zeros fill the last packet."""
-        size, packet_count = dr.width(columns[0]), -(-len(columns) // PACKET)
-        padding = [mi.Float(0)] * (PACKET * packet_count - len(columns))
+        size, packet_count = dr.width(columns[0]), -(-len(columns) // AT_ONCE)
+        padding = [mi.Float(0)] * (AT_ONCE * packet_count - len(columns))
         array = from_packets(in_packets([*columns, *padding]), size)
         dr.eval(array)
-        return cls(array, PACKET * packet_count)
+        return cls(array, AT_ONCE * packet_count)
 
     def entries(self, pixel: Any, begin: int, count: int, active: Any) -> list[Any]:
         """Return ``count`` entries from ``begin`` on of the rows of pixels (mi.UInt32), a list of mi.Float."""
-        first, end = begin // PACKET, -(-(begin + count) // PACKET)
-        start = pixel * (self.length // PACKET)
+        first, end = begin // AT_ONCE, -(-(begin + count) // AT_ONCE)
+        start = pixel * (self.length // AT_ONCE)
         packets = [dr.gather(mi.Vector4f, self.array, start + k, active) for k in range(first, end)]
-        return [entry for packet in packets for entry in packet][begin - PACKET * first :][:count]
+        return [entry for packet in packets for entry in packet][begin - AT_ONCE * first :][:count]
 
 
 def reconstruct(bands: list[Band], frame: Frame) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -61,36 +61,51 @@ def reconstruct(bands: list[Band], frame: Frame) -> tuple[NDArray[np.float32], N
     sums of weight x channel and of weight over the n_i samples of i. Its variance is the sum of s_i^2 / n_i times the
     square of the share that i has in the image's pixel, with s_i^2 from ``shrunken_variance``.
     """
-    channels = range(len(frame.channels))
+    known = scales_and_errors(bands, frame)
+    shape = *frame.size, len(frame.channels)
+    image, stderr = (dr.empty(mi.Float, math.prod(shape)) for _ in range(2))
+    for number in range(len(bands)):
+        develop_band(bands, number, frame, known, image, stderr)
+    return to_host(image, shape), to_host(stderr, shape)
+
+
+def scales_and_errors(bands: list[Band], frame: Frame) -> Rows:
+    """Return for each pixel the reciprocal of its count and, by channel, the squared standard error of its mean."""
     count = mi.Float64(whole(bands, "count"))
     per_sample = mi.Float(dr.select(count > 0, dr.rcp(count), 0))
-    deviation = [whole(bands, "deviation", c) for c in channels]
-    error = [variance * per_sample for variance in shrunken_variance(deviation, count, frame.grid)]
-    known = Rows.of([per_sample, *error])
-    shape = *frame.size, len(channels)
-    image, stderr = (dr.empty(mi.Float, math.prod(shape)) for _ in range(2))
-    for number, band in enumerate(bands):
-        pixel = dr.arange(mi.UInt32, band.size) + dr.opaque(mi.UInt32, band.first)
-        if frame.reach == 0:
-            values, errors = band.mean, [dr.sqrt(dr.gather(mi.Float, channel, pixel)) for channel in error]
-        else:
-            first, footprints = footprints_around(bands, number, frame)
-            values, errors = filtered(Rows(footprints, band.row), first, pixel, known, frame)
-        place, is_inside = place_in_image(pixel, frame)
-        interleave(image, values, place, is_inside)
-        interleave(stderr, errors, place, is_inside)
-        dr.eval(image, stderr)
-    return to_host(image, shape), to_host(stderr, shape)
+    deviation = [whole(bands, "deviation", c) for c in range(len(frame.channels))]
+    variances = shrunken_variance(deviation, count, frame.grid)
+    return Rows.of([per_sample, *(variance * per_sample for variance in variances)])
+
+
+def develop_band(bands: list[Band], number: int, frame: Frame, known: Rows, image: Any, stderr: Any) -> None:
+    """Write the pixels of a band into ``image`` and ``stderr`` (mi.Float), pixel after pixel.
+
+    ``known``: see ``scales_and_errors``.
+    """
+    band = bands[number]
+    pixel = dr.arange(mi.UInt32, band.size) + dr.opaque(mi.UInt32, band.first)
+    if frame.reach == 0:
+        _, *squared_errors = known.entries(pixel, 0, len(frame.channels) + 1, True)
+        values, errors = band.mean, [dr.sqrt(squared_error) for squared_error in squared_errors]
+    else:
+        first, footprints = footprints_around(bands, number, frame)
+        values, errors = filtered(Rows(footprints, band.footprint_length), first, pixel, known, frame)
+    place, is_inside = place_in_image(pixel, frame)
+    interleave(image, values, place, is_inside)
+    interleave(stderr, errors, place, is_inside)
+    dr.eval(image, stderr)
 
 
 def filtered(footprints: Rows, first: int, pixel: Any, known: Rows, frame: Frame) -> tuple[list[Any], list[Any]]:
     """Return values and standard errors of pixels (mi.UInt32), each a list of mi.Float by channel.
 
     ``footprints``: those of all pixels in reach, and maybe of others, in order; ``first``: the first of these pixels.
-    ``known``: of all pixels of the grid, the reciprocal of the count and, by channel, the squared standard error.
+    ``known``: see ``scales_and_errors``.
     """
-    (grid_height, grid_width), channels = frame.grid, range(len(frame.channels))
-    row, column = (mi.Int32(index) for index in divide(pixel, grid_width))
+    channels = range(len(frame.channels))
+    row, column = (mi.Int32(index) for index in divide(pixel, frame.grid[1]))
+    grid_height, grid_width = (dr.opaque(mi.Int32, side) for side in frame.grid)
     total, variance = ([mi.Float(0) for _ in channels] for _ in range(2))
     weight = mi.Float(0)
     first_pixel, sum_count = dr.opaque(mi.UInt32, first), len(channels) + 1
@@ -125,7 +140,7 @@ def footprints_around(bands: list[Band], number: int, frame: Frame) -> tuple[int
 
 def place_in_image(pixel: Any, frame: Frame) -> tuple[Any, Any]:
     """Return the places (mi.UInt32) of pixels of the grid in the image, row by row, and whether they are in it."""
-    (height, width), border = frame.size, frame.border
+    height, width, border = (dr.opaque(mi.Int32, number) for number in (*frame.size, frame.border))
     row, column = (mi.Int32(index) - border for index in divide(pixel, frame.grid[1]))
     is_inside = (row >= 0) & (column >= 0) & (row < height) & (column < width)
     return mi.UInt32(row * width + column), is_inside

@@ -119,10 +119,10 @@ class Line:
         """Number of lanes."""
         self.taken = 0
 
-    def leave_out(self, drawn: Counts) -> None:
-        """Leave out packets of which none of the samples is needed: of each pixel, the first ``drawn`` (P,) are not."""
+    def leave_out(self, not_needed: Counts) -> None:
+        """Leave out packets of which no sample is needed; ``not_needed`` (P,): of each pixel, how many of the first."""
         begins, ends = self.begins, self.ends
-        first_needed: NDArray[np.int64] = begins + drawn
+        first_needed: NDArray[np.int64] = begins + not_needed
         low, high = whole_packets(begins, first_needed, ends)
         self.ends = np.cumsum(high - low)
         self.begins = self.ends - (high - low)

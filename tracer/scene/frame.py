@@ -60,12 +60,12 @@ class Frame:
 
     def luminance_on_device(self, image: NDArray) -> Any:
         """Return the same as ``luminance``, computed on the device, as an mi.Float, row by row."""
-        colours = [mi.Float64(channel) for channel in channels_of(image, self.colour_channels)]
+        channels = [mi.Float64(channel) for channel in channels_of(image, self.colour_channels)]
         if self.channels[0] == "X":
-            return mi.Float(colours[1])
-        if len(colours) == 1:
-            return mi.Float(colours[0])
-        return mi.Float(sum(weight * colour for weight, colour in zip(LUMINANCE.tolist(), colours, strict=True)))
+            return mi.Float(channels[1])
+        if len(channels) == 1:
+            return mi.Float(channels[0])
+        return mi.Float(sum(weight * channel for weight, channel in zip(LUMINANCE.tolist(), channels, strict=True)))
 
     def rgb(self, image: NDArray) -> NDArray:
         """Return the colours (H, W, 3) of an image (H, W, C) in the channels of this frame, as linear sRGB."""

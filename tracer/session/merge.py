@@ -18,7 +18,7 @@ from tracer.denoising.refilter import FilterShape
 from tracer.errors import CheckpointError
 from tracer.film import bias
 from tracer.film.bias import UnbiasedMean, mean_at_the_end
-from tracer.film.estimate import Estimate, Statistics
+from tracer.film.estimate import Estimate, Statistics, require_sums_of
 from tracer.film.features import Features
 from tracer.result import Report, Result
 from tracer.scene.frame import PlainFrame
@@ -141,19 +141,18 @@ def sums(stored: Checkpoint) -> Estimate:
         if "allocation" in stored.arrays and "held_out.0" in stored.arrays:
             total.merge(restored(stored, "held_out"))  # stopped: as in the picture that was made of it
         return total
-    except (ValueError, KeyError, TypeError, AttributeError, OverflowError, RuntimeError):
+    except (ValueError, LookupError, TypeError, AttributeError, OverflowError):
         raise damaged(stored) from None
 
 
 def restored(stored: Checkpoint, name: str) -> Estimate:
-    """Return one of the estimates of a checkpoint. Raises ValueError, KeyError."""
+    """Return one of the estimates of a checkpoint. Raises ValueError, LookupError, TypeError."""
     fields: dict[str, Any] = dict(stored.frame)
-    kinds, _ = fields.pop("kinds"), fields.pop("filter")
+    (moments, peaks), _ = fields.pop("kinds"), fields.pop("filter")
     fields |= {name: tuple(fields[name]) for name in ("size", "window")}
     frame, sums = PlainFrame(**fields), numbered_arrays(stored.arrays, name)
-    if any(array.shape[:1] != (frame.pixel_count,) for array in sums[1:]):  # before memory is asked for
-        raise ValueError("these sums are of another number of pixels")
-    estimate = Estimate(frame, *kinds)
+    require_sums_of(frame, moments, peaks, sums)  # before memory is asked for
+    estimate = Estimate(frame, moments, peaks)
     estimate.restore(sums)
     return estimate
 
