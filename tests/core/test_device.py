@@ -33,7 +33,9 @@ def test_there_is_room_for_a_packet_behind_what_is_uploaded(size, kind):
 @pytest.mark.parametrize(
     "kind", [mi.Float, mi.Float64, mi.UInt32, mi.Int32, mi.UInt64, mi.Bool], ids=lambda k: k.__name__
 )
-def test_values_and_order_are_kept(kind):
+@pytest.mark.parametrize("large", [1, 1 << 20])
+def test_values_and_order_are_kept(kind, large, monkeypatch):
+    monkeypatch.setattr("tracer.core.device.LARGE", large)
     array = np.arange(35).reshape(5, 7)
     for given_array in (array, array.T, array[::2], array.astype(np.float32), array.tolist()):
         expected = np.asarray(given_array).ravel().astype(kind(0).numpy().dtype)

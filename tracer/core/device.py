@@ -2,7 +2,8 @@
 
 On a processor Dr.Jit uses the memory of a NumPy array as its own and reads it in packets: up to 15 entries beyond the
 last, which now and then is memory that the process does not have. It also compiles a kernel anew for each alignment of
-the arrays that the kernel reads. So arrays are copied to memory with room behind it, aligned as Dr.Jit aligns its own.
+the arrays that the kernel reads. So arrays are copied to memory with room behind it, aligned as Dr.Jit aligns its own:
+large ones to memory that Dr.Jit keeps for such purposes, as the pages of new memory take ten times as long.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ ALIGNMENT = 64
 """Every array that is uploaded begins at an address that is a multiple of this many bytes, as Dr.Jit's own do."""
 ROOM = 16 * 8
 """Bytes that are kept free behind an uploaded array: a packet of 16 entries of the widest type, 8 bytes each."""
+LARGE = 1 << 20
+"""Bytes from which on an array is copied to memory of Dr.Jit, which waits for the device."""
 KINDS = {
     dr.VarType.Bool: np.bool_,
     dr.VarType.Int32: np.int32,
@@ -35,7 +38,12 @@ KINDS = {
 
 def upload(kind: Any, array: ArrayLike) -> Any:
     """Return numbers of any shape, row by row, as a device array of type ``kind``, such as mi.Float."""
-    return kind(with_room(np.asarray(array, numpy_kind(kind))))
+    numbers = np.asarray(array)
+    if dr.backend_v(kind) != dr.JitBackend.LLVM or numbers.size * numpy_kind(kind)().itemsize < LARGE:
+        return kind(with_room(np.asarray(numbers, numpy_kind(kind))))
+    target = dr.empty(kind, numbers.size)
+    target.numpy().reshape(numbers.shape)[...] = numbers
+    return target
 
 
 def numpy_kind(kind: Any) -> Any:
