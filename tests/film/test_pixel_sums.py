@@ -32,7 +32,7 @@ def made_up(counts, seed):
 def summed(before, counts, seed):
     """Return a band with the samples of ``made_up``."""
     values, position, rays, moments, peaks = made_up(counts, seed)
-    band = Band(0, len(counts), CHANNELS, 2, MOMENTS, PEAKS)
+    band = Band(0, len(counts), CHANNELS, 2 * (CHANNELS + 1) + len(PADDING), MOMENTS, PEAKS)
     window = Line(Stretch(0, before, before + counts)).take(int(counts.sum()))
     device = [[mi.Float(each) for each in several] for several in (values, moments, peaks)]
     band.add(window, Samples(device[0], mi.Point2f(position), mi.Float(rays), *device[1:]), filter_weights)

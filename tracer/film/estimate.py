@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from tracer.core.arrays import Singles
 from tracer.core.device import interleave, numpy_kind, to_host, upload
-from tracer.film.pixel_sums import Tree, bands, footprint_length, whole
+from tracer.film.pixel_sums import Tree, cut_into_bands, footprint_length, whole
 from tracer.film.reconstruction import reconstruct
 from tracer.sampling.samples import Samples
 from tracer.sampling.wavefront import Window, rays_of_packets
@@ -57,8 +57,8 @@ class Estimate:
         self.moments, self.peaks = moments, peaks
         self.filter: Any = view.film.rfilter() if rfilter is None and isinstance(view, View) else rfilter
         self.reach = view.reach
-        offsets = (2 * self.reach + 1) ** 2 if self.reach else 0
-        self.bands = bands(view.pixel_count, len(view.channels), offsets, moments, peaks)
+        channels = len(view.channels)
+        self.bands = cut_into_bands(view.pixel_count, channels, footprint_length(self.reach, channels), moments, peaks)
 
     def filter_weights(self, position: Any) -> list[Any]:
         """Return the weights (mi.Float each) of samples at ``position`` in each pixel in reach, row by row."""
@@ -169,8 +169,8 @@ def layout_of(frame: Frame, moments: int, peaks: int) -> NDArray[np.int64]:
 def shapes_of_sums(frame: Frame, moments: int, peaks: int) -> list[tuple[int, ...]]:
     """Return the shapes of the arrays of a state, but for the layout: (P,), or (P, K) for the footprint."""
     pixel_count, channels = frame.pixel_count, len(frame.channels)
-    row_length = footprint_length((2 * frame.reach + 1) ** 2, channels)
-    footprint: list[tuple[int, ...]] = [(pixel_count, row_length)] if frame.reach else []
+    length = footprint_length(frame.reach, channels)
+    footprint: list[tuple[int, ...]] = [(pixel_count, length)] if length else []
     return [(pixel_count,)] * (2 + 2 * channels) + footprint + [(pixel_count,)] * (1 + moments + peaks)
 
 

@@ -2,8 +2,8 @@
 
 Each lane walks through the samples of one pixel in order. So no two lanes write to the same place, and the division of
 a picture into passes cannot change the sums. A band is small enough that adding to it, which copies it, takes little
-memory. The many sums that the filter needs lie side by side for each pixel: a hundred arrays that are read and written
-together would push each other out of the processor's caches.
+memory. The many sums that the filter needs lie side by side for each pixel, so that one kernel can make a picture from
+those of a pixel and its neighbours.
 """
 
 from __future__ import annotations
@@ -35,15 +35,17 @@ class Band:
     (box filter) there is none, as it would equal the mean.
     """
 
-    def __init__(self, first: int, size: int, channels: int, offsets: int, moments: int = 0, peaks: int = 0) -> None:
+    def __init__(
+        self, first: int, size: int, channels: int, footprint_length: int, moments: int = 0, peaks: int = 0
+    ) -> None:
+        """``footprint_length``: see the function of that name."""
         self.first, self.size = first, size
         self.count = dr.zeros(mi.UInt32, size)
         self.invalid = dr.zeros(mi.UInt32, size)
         self.mean = [dr.zeros(mi.Float64, size) for _ in range(channels)]
         self.deviation = [dr.zeros(mi.Float64, size) for _ in range(channels)]
-        self.footprint_length = footprint_length(offsets, channels)
-        """Number of entries of the footprint of a pixel."""
-        self.footprint = [dr.zeros(mi.Float, self.footprint_length * size)] if offsets else []
+        self.footprint_length = footprint_length
+        self.footprint = [dr.zeros(mi.Float, footprint_length * size)] if footprint_length else []
         """List of one array, pixel after pixel; an empty list for a filter without reach. For each offset (row by row):
         sums of weight x channel for every channel, then the sum of weights. Zeros at the end of each pixel's entries
         make them a multiple of AT_ONCE.
@@ -147,12 +149,13 @@ def step(
     return lane + 1, count, invalid, mean, deviation, packets, extra, peaks
 
 
-def footprint_length(offsets: int, channels: int) -> int:
-    """Return the number of entries of the footprint of a pixel; ``offsets``: number of pixels that the filter reaches.
+def footprint_length(reach: int, channels: int) -> int:
+    """Return the number of entries of the footprint of a pixel; ``reach``: that of the filter in pixels.
 
-    That is a sum for each channel, and the sum of weights, for each of these pixels; then zeros up to a whole packet.
+    That is a sum for each channel, and the sum of weights, for each pixel in reach; then zeros up to a whole packet.
+    There is no footprint if no other pixel is in reach.
     """
-    return AT_ONCE * -(-offsets * (channels + 1) // AT_ONCE)
+    return AT_ONCE * -(-((2 * reach + 1) ** 2) * (channels + 1) // AT_ONCE) if reach else 0
 
 
 def to_packets(footprint: Any, size: int) -> list[Any]:
@@ -177,15 +180,15 @@ def in_packets(entries: list[Any]) -> list[Any]:
     return [mi.Vector4f(entries[k : k + AT_ONCE]) for k in range(0, len(entries), AT_ONCE)]
 
 
-def bands(pixel_count: int, *sums: int) -> list[Band]:
-    """Return bands that cover ``pixel_count`` pixels; ``sums``: numbers of channels, offsets and so on for ``Band``."""
+def cut_into_bands(pixel_count: int, *sums: int) -> list[Band]:
+    """Return bands that cover ``pixel_count`` pixels; ``sums``: numbers of channels and so on for ``Band``."""
     return [Band(first, min(BAND_PIXELS, pixel_count - first), *sums) for first in range(0, pixel_count, BAND_PIXELS)]
 
 
-def whole(parts_of_picture: list[Band], name: str, *index: int) -> Any:
+def whole(bands: list[Band], name: str, *index: int) -> Any:
     """Return the sums called ``name`` of all bands as one array; ``index``: which of them, in a list of them."""
     parts = []
-    for band in parts_of_picture:
+    for band in bands:
         part = getattr(band, name)
         for k in index:
             part = part[k]

@@ -63,7 +63,7 @@ class Need:
 def need(frame: Frame, settings: Settings, features: bool = False, denoise: bool = False, keeps: bool = False) -> Need:
     """Return what a render takes now that its scene is loaded. ``keeps``: it writes checkpoints."""
     channels = len(frame.channels)
-    footprint = footprint_length((2 * frame.reach + 1) ** 2, channels) if frame.reach else 0
+    footprint = footprint_length(frame.reach, channels)
     pixel = PIXEL + PIXEL_CHANNEL * channels + (PIXEL_FOOTPRINT + PIXEL_COPY * keeps) * footprint
     if settings.unbiased:
         pixel += 16 * channels + 4 * footprint  # the sums of those held out
