@@ -124,9 +124,10 @@ def all_cases(paths: dict[str, Path]) -> Iterable[Case]:
         if one_thread:
             yield Case(name, paths[name], WIDTH, LARGE_SPP, 1, ("owen_sobol", *CRITERIA))
     yield Case(SIZED[0], paths[SIZED[0]], SIZES[-1], LARGE_SPP, threads)
-    for name in SIZED[:2] if one_thread else ():
-        for thread_count in (threads, 1):
-            yield Case(name, paths[name], SCALED_SIZE, LARGE_SPP, thread_count)
+    for name in SIZED[:2]:
+        yield Case(name, paths[name], SCALED_SIZE, LARGE_SPP, threads)
+    if one_thread:
+        yield Case(SIZED[0], paths[SIZED[0]], SCALED_SIZE, LARGE_SPP, 1)
 
 
 def to_page(numbers: dict[str, Any]) -> str:

@@ -64,7 +64,7 @@ def test_killed_at_any_moment_it_goes_on_or_begins_again(tmp_path):
     straight.mkdir()
     killed.mkdir()
     scene = Path(scenes.__file__).parent / "spheres_and_rods.xml"
-    long = {"spp": 1 << 12}
+    long = {"spp": 1 << 11}
     options = ("--size", 96, "--noise", 1e-6)  # which keeps it deciding round after round
     random = np.random.default_rng(7)
     samples = []

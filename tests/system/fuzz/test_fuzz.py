@@ -9,7 +9,7 @@ from .pool import run_all
 from .verdict import complaint
 
 WORKERS = 2
-FEW, MANY = 1, 20
+FEW, MANY = 1, 12
 """Inputs of each kind."""
 
 
@@ -44,8 +44,8 @@ def test_hundreds_of_broken_inputs(tmp_path):
     codes, wrong = judge_all(range(1000, 1000 + MANY), tmp_path)
     print(dict(codes))
     assert not wrong, "\n".join(wrong)
-    assert codes.total() >= 350
-    assert codes[0] > 65 < codes[2]
+    assert codes.total() >= 210
+    assert codes[0] > 39 < codes[2]
 
 
 def test_every_kind_makes_the_same_input_again(tmp_path):
