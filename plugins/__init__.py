@@ -13,7 +13,7 @@ import mitsuba as mi
 
 from tracer.core.backend import reload_plugins
 
-PLUGINS = ("owen_sobol", "adaptive", "radiosity", "features")
+PLUGINS = ("owen_sobol", "adaptive", "guided", "radiosity", "features")
 """Names of the plugins, which are the names of their modules."""
 
 if (mi.variant() or "").startswith(("llvm_", "cuda_")):

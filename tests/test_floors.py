@@ -12,7 +12,7 @@ FLOORS = [
     ["image"],
     ["scene"],
     ["io", "sampling"],
-    ["complexity"],
+    ["complexity", "guiding"],
     ["film"],
     ["criteria", "denoising"],
     ["settings"],

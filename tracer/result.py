@@ -67,6 +67,8 @@ class Report:
     """Seconds of drawing the samples of the picture; all others are overhead."""
     seconds_pilot: float = 0.0
     """Seconds of tracing pilot rays."""
+    seconds_guiding: float = 0.0
+    """Seconds of learning which lights matter where."""
     seconds_deciding: float = 0.0
     """Seconds of computing importance and allocation."""
     seconds_adding: float = 0.0

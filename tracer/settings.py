@@ -70,6 +70,9 @@ class Settings(BaseModel):
     block: int = Field(1, ge=1, le=64)
     """Side in pixels of the squares over which the complexity of IDs is measured."""
 
+    guide: bool | None = None
+    """Whether to learn which lights matter where before the first sample, in scenes with the integrator ``path``. None:
+    only where the scene asks for the integrator ``guided``."""
     unbiased: bool = False
     """Whether the samples that decide are left out of the picture; they count towards spp in any case."""
 

@@ -102,6 +102,10 @@ def render(
         bool | None,
         typer.Option("--unbiased", help="Leave samples that decide out of the picture.", rich_help_panel=Panel.WHERE),
     ] = None,
+    guide: Annotated[
+        bool | None,
+        typer.Option("--guide/--no-guide", help="Learn which lights matter where.", rich_help_panel=Panel.WHERE),
+    ] = None,
     memory: Annotated[float | None, typer.Option(help="Most memory to use, in GiB.")] = None,
     workers: options.Workers = None,
     part: Annotated[

@@ -114,7 +114,7 @@ def own_cluster(workers: int) -> Iterator[Any]:
         "distributed.scheduler.allowed-failures": MOST_DEATHS,
         # worker-ttl stays at Dask's five minutes. It ends a worker that hangs, but would also end one that gives no
         # sign of life while it opens a scene. Other workers draw the units of a worker that hangs long before.
-        # Dask looks this long after a worker was lost whether it is there again, and if it is not, gives it up for good:
+        # Dask looks so long after a worker was lost whether it is there again, and if it is not, gives it up for good:
         # also if it has come back since, and is just being started once more.
         "distributed.deploy.lost-worker-timeout": "100 days",
         # We deal out the units ourselves. A worker that hangs looks idle, so Dask would move units of others to it.

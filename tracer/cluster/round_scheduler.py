@@ -28,6 +28,7 @@ from tracer.film.estimate import Estimate, Statistics
 from tracer.sampling.samples import moment_counts
 from tracer.sampling.wavefront import Stretch
 from tracer.scene.view import View
+from tracer.session.guidance import is_guided, packed_guide
 from tracer.session.local_drawer import Pass
 
 
@@ -53,7 +54,7 @@ class RoundScheduler:
     ) -> Generator[Pass, None, None]:
         """See ``Drawer``. Raises ClusterError."""
         sums, goal = estimate.sums, after.ravel()
-        sums.settings = replace(self.settings, seed=seed, scale=scale)
+        sums.settings = replace(self.settings, seed=seed, scale=scale, guided=is_guided(self.view))
         sums.rounds.append(Stretch(0, before.ravel(), goal))
         counts = goal - estimate.drawn().ravel()
         with self.messages.in_reach():
@@ -96,7 +97,7 @@ class RoundScheduler:
         for worker, group in itertools.groupby(orders.asked, lambda request: request.worker):
             requests = list(group)
             arguments = [estimate.sums.arguments(request) for request in requests]
-            alike = {"setup": self.setup, "settings": estimate.sums.settings}
+            alike = {"setup": self.setup, "settings": estimate.sums.settings, "guide": packed_guide(self.view)}
             self.messages.traffic.again += sum(request.anew for request in requests)
             for request, futures in zip(requests, self.messages.send(arguments, worker, **alike), strict=True):
                 request.futures = futures

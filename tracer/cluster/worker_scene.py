@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import drjit as dr
+import numpy as np
 
 from tracer import criteria
 from tracer.cluster.bundle import SCENES
@@ -16,9 +17,11 @@ from tracer.cluster.worker_setup import Setup
 from tracer.core import backend
 from tracer.errors import SceneMissingError
 from tracer.film.estimate import Estimate
+from tracer.guiding.table import LightChances
 from tracer.scene.fingerprint import fingerprint
 from tracer.scene.frame import PlainFrame
 from tracer.scene.view import open_scene
+from tracer.session.guidance import choose_by, guided_view
 from tracer.session.local_drawer import LocalDrawer
 
 DEVICE = ThreadPoolExecutor(1, "tracer-device")
@@ -48,8 +51,20 @@ class WorkerScene:
         define = dict(setup.define)
         source = find_scene(setup, folder)
         opened = open_scene(source, setup.sensor, setup.integrator, setup.size, setup.crop, define)
-        self.view = self.stack.enter_context(opened)
+        self.plain_view = self.view = self.stack.enter_context(opened)
         self.drawers: dict[str | None, LocalDrawer] = {}
+        self.learned: dict[str, Any] | None = None
+        """Chances of lights by which the integrator chooses, as they came."""
+
+    def guide(self, guided: bool, learned: dict[str, Any] | None) -> None:
+        """Let the integrator be ``guided`` or not, and choose lights by packed chances; None: all are alike."""
+        if guided != (self.view is not self.plain_view):
+            self.close_drawers()
+            self.view = guided_view(self.plain_view) if guided else self.plain_view
+            self.learned = None
+        if guided and not same_arrays(learned, self.learned):
+            choose_by(self.view, None if learned is None else LightChances.unpack(learned))
+            self.learned = learned
 
     def drawer(self, criterion: str | None) -> LocalDrawer:
         """Return the drawer that gathers the moments of a criterion; None: no moments."""
@@ -63,11 +78,22 @@ class WorkerScene:
         frame = PlainFrame((1, size), 0, list(self.view.channels), self.view.reach, (0, 0, size, 1))
         return Estimate(frame, *kinds, rfilter=self.view.film.rfilter())
 
+    def close_drawers(self) -> None:
+        """Close all drawers."""
+        while self.drawers:
+            self.drawers.popitem()[1].close()
+
     def close(self) -> None:
         """Close the drawers and the scene."""
-        for drawer in self.drawers.values():
-            drawer.close()
+        self.close_drawers()
         self.stack.close()
+
+
+def same_arrays(first: dict[str, Any] | None, second: dict[str, Any] | None) -> bool:
+    """Return whether two sets of arrays are equal, or both None."""
+    if first is None or second is None:
+        return first is second
+    return all(np.array_equal(first[name], second[name]) for name in first)
 
 
 def place_of(worker: Any) -> Place:

@@ -52,6 +52,8 @@ class RoundSettings:
     """Seed of the samples."""
     scale: float
     """Scale of ray differentials."""
+    guided: bool = False
+    """Whether the integrator is ``guided`` in place of ``path``."""
 
 
 def make_setup(

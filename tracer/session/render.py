@@ -25,6 +25,7 @@ from tracer.scene.view import View, open_scene
 from tracer.session import memory
 from tracer.session.develop import finish
 from tracer.session.first_look import FirstLook
+from tracer.session.guidance import begin_guided, with_guide
 from tracer.session.keeper import make_keeper
 from tracer.session.local_drawer import Drawer, DrawerFor, LocalDrawer
 from tracer.session.output import write_picture
@@ -87,6 +88,7 @@ def begun(
     """
     scene_hash = scene_hash_of(request) if scene_hash is None else scene_hash
     settings, samples_name = settings_of(request, view)
+    view = with_guide(view, settings)
     recorder = Recorder(Report(settings))
     clock = Clock(settings.time, recorder.start if started is None else started, view.pixel_count)
     clock.keep_back(view.pixel_count * (FEATURE_SECONDS * request.features + DENOISE_SECONDS * request.denoise))
@@ -106,6 +108,7 @@ def begun(
             state.plan_anew(schedule.budget)
         state.meter.counted = (weights > 0)[view.inner] if np.any(weights == 0) else None
         recorder.begin(state, remarks)
+        begin_guided(view, settings, recorder, state)
         if keeper is not None and state.features is None:
             with recorder.timing("seconds_features"):
                 state.features = draw_denoising_features(view, make_sampler(), settings.seed)

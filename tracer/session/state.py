@@ -13,6 +13,7 @@ from tracer.adaptive.convergence import NoiseMeter
 from tracer.film.bias import UnbiasedMean, mean_at_the_end
 from tracer.film.estimate import Estimate, Statistics
 from tracer.film.features import Features
+from tracer.guiding.table import LightChances
 from tracer.result import Round
 from tracer.settings import Settings
 
@@ -50,6 +51,8 @@ class State:
     meter: NoiseMeter = field(default_factory=NoiseMeter)
     features: Features | None = None
     """What is seen in each pixel, so that a merge, which has no scene, can be denoised; None without a checkpoint."""
+    guide: LightChances | None = None
+    """By which lights are chosen; None: as Mitsuba does."""
     rounds: list[Round] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
@@ -82,6 +85,8 @@ class State:
             arrays |= {f"before.{name}": array for name, array in vars(self.before).items()}
         if self.features is not None:
             arrays |= packed_features(self.features)
+        if self.guide is not None:
+            arrays |= {f"guide.{name}": array for name, array in self.guide.pack().items()}
         if self.unbiased is not None:
             arrays |= {f"unbiased.{name}": array for name, array in vars(self.unbiased).items()}
         for name, estimate in (("estimate", self.estimate), ("held_out", self.held_out)):
@@ -110,6 +115,7 @@ class State:
         self.importance, self.chance = arrays.get("importance"), arrays.get("chance")
         self.before, self.unbiased = before_of(arrays), unbiased_of(arrays)
         self.features = features_of(arrays)
+        self.guide = LightChances.unpack(part_of(arrays, "guide.")) if "guide.row" in arrays else None
         self.meter = NoiseMeter(arrays.get("meter.image"), arrays.get("meter.count"), plain["factor"], plain["scale"])
         self.rounds = [Round(**fields) for fields in plain["rounds"]]
         self.generator.bit_generator.state = plain["generator"]
@@ -123,7 +129,7 @@ def require_shapes(arrays: Arrays, estimate: Estimate) -> None:
     """Raise ValueError if arrays of a state, but for sums, are not of the picture of ``estimate``, or are no counts."""
     frame, kinds = estimate.view, {"moments": estimate.moments, "peaks": estimate.peaks}
     for name, array in arrays.items():
-        if SUMS.match(name):
+        if SUMS.match(name) or name.startswith("guide."):
             continue
         expected = tuple(frame.size if name.startswith(("meter.", "features.")) else frame.grid)
         if name.startswith("features."):
@@ -140,13 +146,13 @@ def require_shapes(arrays: Arrays, estimate: Estimate) -> None:
 
 def before_of(arrays: Arrays) -> Statistics | None:
     """Return what was known when the last round was decided."""
-    fields = {name.removeprefix("before."): array for name, array in arrays.items() if name.startswith("before.")}
+    fields = part_of(arrays, "before.")
     return Statistics(**fields) if fields else None
 
 
 def unbiased_of(arrays: Arrays) -> UnbiasedMean | None:
     """Return the unbiased mean of all rounds before the last."""
-    fields = {name.removeprefix("unbiased."): array for name, array in arrays.items() if name.startswith("unbiased.")}
+    fields = part_of(arrays, "unbiased.")
     return UnbiasedMean(**fields) if fields else None
 
 
@@ -157,9 +163,13 @@ def packed_features(features: Features) -> Arrays:
 
 def features_of(arrays: Arrays) -> Features | None:
     """Return the features among the arrays of a state."""
-    prefix = "features."
-    fields = {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
+    fields = part_of(arrays, "features.")
     return Features(**fields) if fields else None
+
+
+def part_of(arrays: Arrays, prefix: str) -> Arrays:
+    """Return the arrays whose names begin with ``prefix``, without it."""
+    return {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
 
 
 def numbered_arrays(arrays: Arrays, name: str) -> list[NDArray]:

@@ -70,6 +70,7 @@ class MethodPlan(PlanPart):
     max_spp: int | None = None
     cost: Literal["none", "rays"] = "none"
     block: int = 1
+    guide: bool | None = None
     unbiased: bool = False
     denoise: bool = False
     """Whether the picture is denoised before it is scored: by our denoising, or for ``mi.render`` by Open Image Denoise

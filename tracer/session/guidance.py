@@ -1,0 +1,128 @@
+"""Let the integrator of a render learn which lights matter where, before the first sample is drawn."""
+
+from __future__ import annotations
+
+import re
+from contextlib import closing
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+
+from tracer.core.arrays import Floats
+from tracer.guiding.cells import Grid
+from tracer.guiding.learn import Lesson, brightness, learn, path_noise, path_weights
+from tracer.guiding.slots import slots_of
+from tracer.guiding.table import LightChances, LightTable
+from tracer.guiding.training import Paths, Trainer, Trials, joined
+from tracer.scene.view import View
+from tracer.session.recorder import Recorder
+from tracer.session.state import State
+from tracer.settings import Settings
+
+LOOK_KEY, TRAINING_KEY = 0x100C, 0x7EAC
+"""Keep samples that teach apart from those that make the picture."""
+LOOK_SHARE, TRAINING_SHARE = 0.015, 0.06
+"""Parts of the samples of a picture that are drawn to find out whether there is anything to learn, and to learn it."""
+MOST_PATHS = 1 << 20
+"""Most paths that teach."""
+LEAST_PATHS = 1 << 11
+"""Fewest paths from which anything is learned; a picture for which these are too many is not guided."""
+WORTH_A_LOOK, WORTH_ITS_TIME = 1.04, 1.1
+"""Factor by which the variance must be expected to fall for more paths to be drawn, and for the table to be used. It
+falls further than expected, as what was learned from one half of the paths is judged by the other."""
+
+
+def with_guide(view: View, settings: Settings) -> View:
+    """Return a view whose integrator can learn about lights, if that is asked for and possible; else the same view.
+
+    The setting ``guide`` asks for it; left out, the integrator ``guided`` does.
+    """
+    if is_guided(view) or (settings.guide and view.integrator.class_name() == "PathIntegrator"):
+        view = guided_view(view)
+        choose_by(view, None)
+    return view
+
+
+def is_guided(view: View) -> bool:
+    """Return whether the integrator of a view is ``guided``. Every variant has a class of its own of that name."""
+    return type(view.integrator).__name__ == "GuidedIntegrator"
+
+
+def guided_view(view: View) -> View:
+    """Return a view with the integrator ``guided`` in place of ``path``."""
+    return view if is_guided(view) else replace(view, integrator=guided_like(view.integrator))
+
+
+def choose_by(view: View, learned: LightChances | None) -> None:
+    """Let the integrator of a guided view choose lights by what was learned; None: all with the same chance."""
+    scene = view.scene
+    view.integrator.learned = learned
+    view.integrator.table = None if learned is None else LightTable.of(scene, slots_of(scene), learned)
+
+
+def packed_guide(view: View) -> dict[str, Any] | None:
+    """Return what the integrator of a view chooses lights by, as arrays; None: all with the same chance."""
+    learned: LightChances | None = view.integrator.learned if is_guided(view) else None
+    return None if learned is None else learned.pack()
+
+
+@lru_cache(maxsize=4)
+def guided_like(path: Any) -> Any:
+    """Return an integrator ``guided`` with the parameters of a ``path``, which tells them only as text.
+
+    It is the same one for the same ``path``, so that what is recorded of it can be used again.
+    """
+    numbers = {name: int(value) for name, value in re.findall(r"(max_depth|rr_depth) = (\d+)", str(path))}
+    numbers = {name: -1 if value >= 2**31 else value for name, value in numbers.items()}
+    return mi.load_dict({"type": "guided", **numbers, "hide_emitters": path.hide_emitters})
+
+
+def begin_guided(view: View, settings: Settings, recorder: Recorder, state: State) -> None:
+    """Learn about lights if the view can and nothing is drawn yet, or take over what the state has learned."""
+    if not is_guided(view):
+        return
+    if state.done == 0 and state.guide is None and settings.guide is not False:
+        with recorder.timing("seconds_guiding"):
+            lesson = learn_lights(view, settings.spp, settings.seed, settings.objective, settings.exposure)
+        if lesson is not None:
+            state.guide = lesson.learned
+            recorder.report.note(
+                f"Guided: {lesson.path_count} paths have taught which lights matter where; the variance is expected to "
+                f"fall {lesson.gain:.2f}-fold."
+            )
+    choose_by(view, state.guide)
+
+
+def learn_lights(view: View, spp: int, seed: int, objective: str = "relative", exposure: float = 0.0) -> Lesson | None:
+    """Return what a few paths of a guided view teach, or None if that is not worth the time it takes to use it.
+
+    ``spp``: samples per pixel that the picture will have; ``objective``, ``exposure``: see ``tracer.settings``.
+    """
+    plan = slots_of(view.scene) if view.scene.emitters() else None
+    look_count, most = (int(share * spp * view.pixel_count) for share in (LOOK_SHARE, TRAINING_SHARE))
+    if plan is None or len(plan.stock) < 2 or look_count < LEAST_PATHS:
+        return None
+
+    with closing(Trainer(view)) as trainer:
+
+        def weighed(learned: LightChances, path_count: int, key: int) -> tuple[Paths, Floats, Trials, Floats]:
+            table = LightTable.of(view.scene, plan, learned)
+            paths, trials = trainer.train(table, (seed ^ key) & 0xFFFFFFFF, path_count)
+            level = brightness(paths.pixel, paths.radiance, view.grid)
+            weight = path_weights(objective, exposure, level)
+            return paths, weight, trials, np.square(trials.given) * weight[trials.path]
+
+        nothing = LightChances(Grid(np.zeros(3), 1.0, (1, 1, 1)), np.zeros(6, np.uint32), plan.stock[None])
+        paths, weight, trials, squares = weighed(nothing, min(look_count, MOST_PATHS), LOOK_KEY)
+        noise, path_count = path_noise(paths, weight), paths.pixel.size
+        lesson = learn(trials, squares, path_count, noise, plan)
+        more = min(most, MOST_PATHS) - path_count
+        if lesson is not None and lesson.gain > WORTH_A_LOOK and more > 0:
+            paths, _, further, further_squares = weighed(lesson.learned, more, TRAINING_KEY)
+            trials, squares = joined(trials, path_count, further), np.concatenate([squares, further_squares])
+            path_count += paths.pixel.size
+            lesson = learn(trials, squares, path_count, noise, plan)
+    return lesson if lesson is not None and lesson.gain > WORTH_ITS_TIME else None
