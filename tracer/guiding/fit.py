@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from tracer.core.arrays import Floats
 from tracer.guiding.slots import SlotPlan
@@ -67,9 +68,8 @@ def slot_moments(tally: Tally, geometry: Floats, levels: Sequence[NDArray], plan
 
 def pooled(values: Floats, group: NDArray) -> Floats:
     """Return the sums over groups (groups, slots) of values (cells, slots); ``group`` (cells,): of each cell."""
-    sums = np.zeros((int(group.max()) + 1, values.shape[1]))
-    np.add.at(sums, group, values)
-    return sums
+    cells = np.arange(len(group))
+    return csr_array((np.ones(len(group)), (group, cells)), shape=(int(group.max()) + 1, len(group))) @ values
 
 
 def corrected(ratio: Floats, squares: Floats, expected: Floats, typical: Floats) -> Floats:

@@ -26,6 +26,16 @@ class LightChances:
     chances: Floats
     """(rows, slots): chance of each slot; each row sums to 1, and none is 0. Row 0 is Mitsuba's own choice."""
 
+    @classmethod
+    def stock(cls, plan: SlotPlan) -> LightChances:
+        """Return that all lights have the same chance everywhere.
+
+        Boxes and rows are as many as no other array of a scene is likely to have entries: Dr.Jit records which arrays
+        are equally long, and would record all anew for a table that differs in this.
+        """
+        grid = Grid(np.zeros(3), 1.0, (101, 1, 1))
+        return cls(grid, np.zeros(grid.cell_count, np.uint32), np.tile(plan.stock, (5, 1)))
+
     def pack(self) -> dict[str, NDArray]:
         """Return all of it as arrays by name."""
         shape = np.array([*self.grid.low, self.grid.edge, *self.grid.boxes])

@@ -72,11 +72,11 @@ class Trainer:
 
     def __init__(self, view: View) -> None:
         """``view``: with the integrator ``guided``."""
-        sampler_made, self.view = make_sampler(), view
+        held = [view, make_sampler()]
 
-        def trace(key: Any, pixel: Any, index: Any, table: Any) -> tuple[Any, Any]:
-            view.integrator.table = table
-            sampler = sampler_made.fork()
+        def trace(key: Any, pixel: Any, index: Any) -> tuple[Any, Any]:
+            view, sampler = held
+            sampler = sampler.fork()
             sampler.seed_samples(key, pixel, index >> 1)
             ray, weight, _ = camera_rays(view, sampler, pixel, dr.opaque(mi.Float, 1.0))
             of_camera = mi.UInt32(sampler.dimension)
@@ -87,6 +87,7 @@ class Trainer:
             dr.eval(brightness, lessons)
             return brightness, lessons
 
+        self.view, self.held = view, held
         self.trace, self.record = trace, dr.freeze(trace)
 
     def train(self, table: LightTable, seed: int, path_count: int) -> tuple[Paths, Trials]:
@@ -95,13 +96,12 @@ class Trainer:
         The paths are the same for the same seed.
         """
         pixel, index = trained_pixels(self.view.pixel_count, path_count)
-        inputs = dr.opaque(mi.UInt32, seed), upload(mi.UInt32, pixel), upload(mi.UInt32, index), table
+        inputs = dr.opaque(mi.UInt32, seed), upload(mi.UInt32, pixel), upload(mi.UInt32, index)
+        self.view.integrator.table = table  # an input of the recording, as all that it refers to
         try:
             brightness, lessons = self.record(*inputs)
         except RuntimeError:  # a plugin hides arrays from Dr.Jit; an error of another cause is raised again
             brightness, lessons = self.trace(*inputs)
-        finally:
-            self.view.integrator.table = None
         trials = [trials_of(lesson) for lesson in lessons]
         values = doubles(dr.select(dr.isfinite(brightness), brightness, 0.0))
         return Paths(pixel, values), Trials(*(np.concatenate(arrays) for arrays in zip(*trials, strict=True)))
@@ -109,6 +109,7 @@ class Trainer:
     def close(self) -> None:
         """Let go of what is recorded, which keeps the scene."""
         self.record.clear()
+        self.held.clear()
 
 
 def trials_of(lesson: Any) -> list[NDArray]:

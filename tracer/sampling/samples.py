@@ -136,10 +136,8 @@ class Recorded:
     def __init__(self, view: View, sampler: Any, moments: Moments | None = None) -> None:
         held = [view, sampler]
 
-        def trace(seed: Any, pixel: Any, index: Any, scale_or_camera_sample: Any, table: Any) -> tuple[Any, ...]:
+        def trace(seed: Any, pixel: Any, index: Any, scale_or_camera_sample: Any) -> tuple[Any, ...]:
             view, sampler = held
-            if table is not None:
-                view.integrator.table = table
             # The sampler is an input of the recording, and so would be arrays that the last pass left in it: so fork.
             sampler = sampler.fork()
             sampler.seed_samples(seed, pixel, index)
@@ -163,17 +161,13 @@ class Recorded:
             differential_scale if self.records_camera else self.camera_rays(seed, pixel, index, differential_scale)
         )
         dr.eval(seed, pixel, index, scale_or_camera_sample)
-        table = getattr(self.held[0].integrator, "table", None)
         if self.recordable:
             try:
-                return Samples(*self.record(seed, pixel, index, scale_or_camera_sample, table))
+                return Samples(*self.record(seed, pixel, index, scale_or_camera_sample))
             except RuntimeError as error:  # an error of another cause is raised again by tracing
                 self.recordable = False
                 logger.info("Every pass is traced anew, as the scene cannot be recorded: %s", error)
-            finally:
-                if table is not None:
-                    self.held[0].integrator.table = table
-        return Samples(*self.trace(seed, pixel, index, scale_or_camera_sample, table))
+        return Samples(*self.trace(seed, pixel, index, scale_or_camera_sample))
 
     def camera_rays(self, seed: Any, pixel: Any, index: Any, differential_scale: Any) -> tuple[Any, ...]:
         """Return the first dimension that the camera does not draw, and what the function ``camera_rays`` returns."""

@@ -12,7 +12,6 @@ import mitsuba as mi
 import numpy as np
 
 from tracer.core.arrays import Floats
-from tracer.guiding.cells import Grid
 from tracer.guiding.learn import Lesson, brightness, learn, path_noise, path_weights
 from tracer.guiding.slots import slots_of
 from tracer.guiding.table import LightChances, LightTable
@@ -115,7 +114,7 @@ def learn_lights(view: View, spp: int, seed: int, objective: str = "relative", e
             weight = path_weights(objective, exposure, level)
             return paths, weight, trials, np.square(trials.given) * weight[trials.path]
 
-        nothing = LightChances(Grid(np.zeros(3), 1.0, (1, 1, 1)), np.zeros(6, np.uint32), plan.stock[None])
+        nothing = LightChances.stock(plan)
         paths, weight, trials, squares = weighed(nothing, min(look_count, MOST_PATHS), LOOK_KEY)
         noise, path_count = path_noise(paths, weight), paths.pixel.size
         lesson = learn(trials, squares, path_count, noise, plan)
