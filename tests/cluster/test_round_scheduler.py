@@ -38,6 +38,17 @@ def test_two_workers_make_the_picture_of_one_process(two_workers, settings):
     same(render(cluster=two_workers, **settings), render(**settings))
 
 
+def test_workers_choose_lights_by_what_the_client_has_learned(two_workers):
+    lamps = Path(scenes.__file__).parent / "lamp_and_sky.xml"
+    settings = {"size": 96, "spp": 32, "guide": True}
+    alone = tracer.render(lamps, **settings)
+    assert any(note.startswith("Guided: ") for note in alone.report.notes)
+    same(tracer.render(lamps, cluster=two_workers, **settings), alone)
+    same(
+        tracer.render(lamps, cluster=two_workers, **{**settings, "guide": None}), tracer.render(lamps, size=96, spp=32)
+    )
+
+
 def seconds_by_samples(units, counts):
     return [1e-6 * work_balancer.samples_of(unit, counts) for unit in units]
 

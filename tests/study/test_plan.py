@@ -150,7 +150,7 @@ def test_studies_that_come_along():
         plan = find_plan(name, Path())
         assert plan.name == name
         assert plan.compared_with == ("mi.render + OIDN" if name == "denoise" else "uniform")
-    assert len(find_plan("standard").find_scenes()) == 8
+    assert len(find_plan("standard").find_scenes()) == 11
     with pytest.raises(SettingsError, match="did you mean 'standard'"):
         find_plan("standrd")
     with pytest.raises(SettingsError, match="needs the folder of its scenes"):

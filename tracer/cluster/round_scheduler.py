@@ -54,7 +54,9 @@ class RoundScheduler:
     ) -> Generator[Pass, None, None]:
         """See ``Drawer``. Raises ClusterError."""
         sums, goal = estimate.sums, after.ravel()
-        sums.settings = replace(self.settings, seed=seed, scale=scale, guided=is_guided(self.view))
+        sums.settings = replace(
+            self.settings, seed=seed, scale=scale, guided=is_guided(self.view), guide=packed_guide(self.view)
+        )
         sums.rounds.append(Stretch(0, before.ravel(), goal))
         counts = goal - estimate.drawn().ravel()
         with self.messages.in_reach():
@@ -97,7 +99,7 @@ class RoundScheduler:
         for worker, group in itertools.groupby(orders.asked, lambda request: request.worker):
             requests = list(group)
             arguments = [estimate.sums.arguments(request) for request in requests]
-            alike = {"setup": self.setup, "settings": estimate.sums.settings, "guide": packed_guide(self.view)}
+            alike = {"setup": self.setup, "settings": estimate.sums.settings}
             self.messages.traffic.again += sum(request.anew for request in requests)
             for request, futures in zip(requests, self.messages.send(arguments, worker, **alike), strict=True):
                 request.futures = futures

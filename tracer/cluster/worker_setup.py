@@ -14,6 +14,7 @@ import tracer
 from tracer.core.version import version
 from tracer.errors import ClusterError, SettingsError
 from tracer.scene.view import Crop, Size
+from tracer.session.state import Arrays
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,8 @@ class RoundSettings:
     """Scale of ray differentials."""
     guided: bool = False
     """Whether the integrator is ``guided`` in place of ``path``."""
+    guide: Arrays | None = None
+    """Chances of lights, as ``LightChances.pack`` returns them; None: all have the same."""
 
 
 def make_setup(

@@ -15,7 +15,6 @@ from tracer.cluster.worker_setup import RoundSettings, Setup, require_same, soft
 from tracer.sampling.wavefront import Line, Stretch
 from tracer.session.local_drawer import Pass
 from tracer.session.memory import SMALLEST_PASS
-from tracer.session.state import Arrays
 
 
 class UnitReport(TypedDict):
@@ -42,13 +41,12 @@ def draw_unit(
     *,
     setup: Setup,
     settings: RoundSettings,
-    guide: Arrays | None = None,
 ) -> dict[str, Any]:
     """Draw the samples that ``size`` pixels from ``first_pixel`` on lack of one or more rounds, and add them to sums.
 
     ``before``: what an earlier unit returned for these pixels and perhaps others, of which ``skip`` come before them;
     None: there are no sums yet. ``stretches``: for each round, these pixels and the pixels that share packets with
-    them. ``guide``: chances of lights, as ``LightChances.pack`` returns them; None: all have the same.
+    them.
 
     Returns ``sums`` (Sums), ``statistics`` (Statistics of a grid of one row) and ``report`` (UnitReport). Raises
     ClusterError if this worker does not have the software of the client.
@@ -58,7 +56,7 @@ def draw_unit(
     place = place_of(worker)
     pixels = first_pixel, size
     return DEVICE.submit(
-        draw_on_device, worker.address, setup, place, settings, before, skip, pixels, stretches, guide
+        draw_on_device, worker.address, setup, place, settings, before, skip, pixels, stretches
     ).result()
 
 
@@ -71,7 +69,6 @@ def draw_on_device(
     skip: int,
     pixels: tuple[int, int],
     stretches: list[Stretch],
-    guide: Arrays | None = None,
 ) -> dict[str, Any]:
     """Do the work of ``draw_unit`` in the thread DEVICE.
 
@@ -81,7 +78,7 @@ def draw_on_device(
     TRASH.clear()
     scene = open_worker_scene(setup, *place)
     opening = time.perf_counter() - start
-    scene.guide(settings.guided, guide)
+    scene.guide(settings.guided, settings.guide)
     drawer = scene.drawer(settings.criterion)
     drawer.largest_pass = settings.largest_pass
     with dr.suspend_grad():

@@ -94,7 +94,7 @@ def rows_for_cells(
     row_of_parent[parents[found]] = np.where(sure_around, first_around + np.arange(len(around)), 0)[coarse]
     row = row_of_parent[parents]
     row[found] = np.where(sure, first_here + np.arange(len(found)), 0)
-    return LightChances(grid, row, np.concatenate([plan.stock[None], everywhere, around, here]))
+    return LightChances(grid, row, np.concatenate([plan.stock[None], everywhere, around, here]).astype(np.float32))
 
 
 def brightness(pixel: NDArray, radiance: Floats, grid_shape: tuple[int, int]) -> Floats:

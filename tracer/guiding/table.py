@@ -10,7 +10,7 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Singles
 from tracer.core.device import upload
 from tracer.guiding.cells import CellFinder, Grid
 from tracer.guiding.slots import Numbers, SlotPlan, Slots
@@ -23,7 +23,7 @@ class LightChances:
     grid: Grid
     row: Numbers
     """(cells,): row of ``chances`` that each cell uses."""
-    chances: Floats
+    chances: Singles
     """(rows, slots): chance of each slot; each row sums to 1, and none is 0. Row 0 is Mitsuba's own choice."""
 
     @classmethod
@@ -34,7 +34,7 @@ class LightChances:
         are equally long, and would record all anew for a table that differs in this.
         """
         grid = Grid(np.zeros(3), 1.0, (101, 1, 1))
-        return cls(grid, np.zeros(grid.cell_count, np.uint32), np.tile(plan.stock, (5, 1)))
+        return cls(grid, np.zeros(grid.cell_count, np.uint32), np.tile(plan.stock, (5, 1)).astype(np.float32))
 
     def pack(self) -> dict[str, NDArray]:
         """Return all of it as arrays by name."""
@@ -86,7 +86,7 @@ class LightTable:
     @classmethod
     def of(cls, scene: Any, plan: SlotPlan, learned: LightChances) -> LightTable:
         """Put chances on the device."""
-        sums = np.cumsum(learned.chances, axis=1)
+        sums = np.cumsum(learned.chances, axis=1, dtype=np.float64)
         sums = (sums / sums[:, -1:]).astype(np.float32)
         sums[:, -1] = 1
         row = upload(mi.UInt32, learned.row)

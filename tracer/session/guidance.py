@@ -82,6 +82,9 @@ def guided_like(path: Any) -> Any:
 def begin_guided(view: View, settings: Settings, recorder: Recorder, state: State) -> None:
     """Learn about lights if the view can and nothing is drawn yet, or take over what the state has learned."""
     if not is_guided(view):
+        if settings.guide:
+            name = view.integrator.class_name()
+            recorder.report.note(f"Not guided: that takes the integrator 'path' or 'guided', and this is a {name}.")
         return
     if state.done == 0 and state.guide is None and settings.guide is not False:
         with recorder.timing("seconds_guiding"):

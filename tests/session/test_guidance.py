@@ -1,0 +1,102 @@
+"""A render learns which lights matter where: less noise, the same mean, and the same picture however it is drawn."""
+
+import mitsuba as mi
+import numpy as np
+import pytest
+
+import tracer
+from guiding.lights import scene_with_lights
+from tracer.session import guidance
+
+LAMPS = ("sphere", *["far lamp"] * 12)
+"""One lamp that matters, and twelve behind the floor."""
+
+
+def render(scene, **settings):
+    return tracer.render(scene, **{"spp": 64, "size": 64, "criterion": "uniform", **settings})
+
+
+def squared_error(pictures, truth):
+    return np.mean([(picture - truth) ** 2 for picture in pictures])
+
+
+@pytest.fixture(scope="module")
+def lamps():
+    return scene_with_lights(*LAMPS, integrator={"type": "path", "max_depth": 3, "hide_emitters": True})
+
+
+def test_it_has_less_noise_at_the_same_mean(lamps):
+    truth = np.mean([render(lamps, spp=1024, seed=10 + seed).image for seed in range(4)], axis=0)
+    plain = [render(lamps, seed=seed).image for seed in range(4)]
+    guided = [render(lamps, seed=seed, guide=True) for seed in range(4)]
+    assert all(any(note.startswith("Guided: ") for note in result.report.notes) for result in guided)
+    assert all(result.report.seconds_guiding > 0 for result in guided)
+    images = [result.image for result in guided]
+    assert squared_error(images, truth) < 0.5 * squared_error(plain, truth)
+    assert np.mean(images) == pytest.approx(truth.mean(), rel=0.01)
+
+
+def test_a_resumed_render_chooses_by_what_was_learned(lamps, tmp_path, monkeypatch):
+    path, settings = tmp_path / "state.ckpt", {"guide": True, "criterion": "fused"}
+    straight = render(lamps, **settings)
+    stopped = render(lamps, **settings, checkpoint=path, progress=lambda progress: progress.done < 64 * 48 * 20)
+    assert not stopped.report.complete
+    monkeypatch.setattr(guidance, "learn_lights", None)  # what was learned is in the file
+    resumed = render(lamps, **settings, checkpoint=path, resume=True)
+    assert np.array_equal(resumed.image, straight.image)
+
+
+def test_the_same_scene_may_be_rendered_with_and_without(lamps):
+    first, plain, again = (render(lamps, guide=guide).image for guide in (True, None, True))
+    assert np.array_equal(first, again)
+    assert not np.array_equal(first, plain)
+
+
+@pytest.mark.parametrize("kinds", [(), ("point",), ("sun",)], ids=str)
+def test_where_there_is_nothing_to_choose_nothing_is_learned(kinds):
+    scene = scene_with_lights(*kinds)
+    result = render(scene, guide=True)
+    assert result.report.seconds_guiding < 1
+    assert not any(note.startswith("Guided") for note in result.report.notes)
+    assert np.allclose(result.image, render(scene).image, rtol=1e-4, atol=1e-5)
+
+
+def test_where_nothing_is_gained_it_draws_as_path():
+    """Two lamps at nearly the same place: to know which is which gains nothing."""
+    scene = scene_with_lights(
+        light0={"type": "point", "position": [0, 0, 3.0]}, light1={"type": "point", "position": [0.1, 0, 3.0]}
+    )
+    result = render(scene, guide=True)
+    assert result.report.notes == []
+    assert np.allclose(result.image, render(scene).image, rtol=1e-4, atol=1e-5)
+
+
+def test_a_medium_is_drawn_as_it_is():
+    scene = scene_with_lights("area", "point", integrator={"type": "volpath", "max_depth": 3})
+    result = render(scene, guide=True)
+    assert result.report.notes == [
+        "Not guided: that takes the integrator 'path' or 'guided', and this is a VolumetricPathIntegrator."
+    ]
+    assert np.array_equal(result.image, render(scene).image)
+
+
+def test_the_integrator_asks_for_it(lamps):
+    asked = render(lamps, integrator={"type": "guided", "max_depth": 3, "hide_emitters": True})
+    assert np.array_equal(asked.image, render(lamps, guide=True).image)
+    refused = render(lamps, integrator={"type": "guided", "max_depth": 3, "hide_emitters": True}, guide=False)
+    assert np.allclose(refused.image, render(lamps).image, rtol=1e-4, atol=1e-5)
+
+
+def test_within_adaptive_it_learns(lamps):
+    nested = {"type": "guided", "max_depth": 3, "hide_emitters": True}
+    adaptive = mi.load_dict({"type": "adaptive", "criterion": "uniform", "nested": nested})
+    picture = np.array(mi.render(lamps, integrator=adaptive, spp=1024))
+    assert any(note.startswith("Guided: ") for note in adaptive.result.report.notes)
+    assert picture.mean() == pytest.approx(render(lamps, spp=1024).image.mean(), rel=0.05)
+
+
+def test_paths_without_a_limit_and_with_one_are_told_from_text():
+    for depth in (-1, 7):
+        guided = guidance.guided_like(mi.load_dict({"type": "path", "max_depth": depth, "rr_depth": 4}))
+        assert f"max_depth = {depth}" in str(guided)
+        assert "rr_depth = 4" in str(guided)
