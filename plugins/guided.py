@@ -97,7 +97,7 @@ class GuidedIntegrator(mi.SamplingIntegrator):
         chosen_sensor = sensor if isinstance(sensor, mi.Sensor) else scene.sensors()[sensor]
         with dr.suspend_grad(), open_scene(scene, chosen_sensor, self) as view:
             number = int(seed[0]) if isinstance(seed, mi.UInt32) else int(seed)
-            lesson = learn_lights(view, spp or chosen_sensor.sampler().sample_count(), number)
+            lesson = learn_lights(view, spp or chosen_sensor.sampler().sample_count(), number, keep=True)
             choose_by(view, None if lesson is None else lesson.learned)
         return super().render(scene, chosen_sensor, seed, spp, develop, evaluate)
 

@@ -62,7 +62,7 @@ def test_any_table_has_the_same_mean(kinds, monkeypatch):
 
 def teach(monkeypatch, guided, learned):
     """Let an integrator have learned these chances, whatever the scene."""
-    monkeypatch.setattr(sys.modules[type(guided).__module__], "learn_lights", lambda *_: Lesson(learned, 2.0, 1))
+    monkeypatch.setattr(sys.modules[type(guided).__module__], "learn_lights", lambda *_, **__: Lesson(learned, 2.0, 1))
 
 
 def drawn_with(guided, scene, seed):

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import tracer
+from guiding.lights import scene_with_lights
+from tracer.sampling.samples import Recorded, make_sampler
 from tracer.session import recordings
 
 
@@ -161,8 +163,23 @@ def test_a_scene_that_is_opened_for_one_render_is_not_kept(cornell, monkeypatch)
 def test_a_failed_recording_is_not_kept(cornell, monkeypatch):
     scene = mi.load_dict(cornell())
     with tracer.scene.view.open_scene(scene) as view:
-        taken = recordings.take(view, None)
+        taken = recordings.take(view, None, lambda: Recorded(view, make_sampler()))
         taken.recorded.recordable = False
         recordings.give_back(taken)
     assert recordings.kept == []
     assert recordings.in_use == 0
+
+
+def test_what_training_records_serves_again_and_is_let_go():
+    """Twenty lights, so that it is worth a look; the second render of the scene traces neither training nor drawing."""
+    scene = scene_with_lights("sphere", *["far lamp"] * 19)
+    first = tracer.render(scene, spp=512, size=32, guide=True, criterion="uniform")
+    assert len(recordings.kept) == 2
+    made = [id(recording.recorded) for recording in recordings.kept]
+    second = tracer.render(scene, spp=512, size=32, guide=True, criterion="uniform")
+    assert sorted(made) == sorted(id(recording.recorded) for recording in recordings.kept)
+    assert np.array_equal(first.image, second.image)
+    del scene
+    gc.collect()
+    recordings.let_go_of_unused()
+    assert recordings.kept == []

@@ -14,7 +14,7 @@ from tracer.core.arrays import Floats
 from tracer.core.device import to_host, upload
 from tracer.guiding.slots import Numbers
 from tracer.guiding.table import LightTable
-from tracer.sampling.samples import camera_rays, make_sampler
+from tracer.sampling.samples import camera_rays
 from tracer.scene.view import View
 
 VERTICES = 2
@@ -70,9 +70,9 @@ def joined(first: Trials, path_count: int, second: Trials) -> Trials:
 class Trainer:
     """Follows paths of one view, in a recording for all tables by which lights are chosen."""
 
-    def __init__(self, view: View) -> None:
+    def __init__(self, view: View, sampler: Any) -> None:
         """``view``: with the integrator ``guided``."""
-        held = [view, make_sampler()]
+        held = [view, sampler]
 
         def trace(key: Any, pixel: Any, index: Any) -> tuple[Any, Any]:
             view, sampler = held
@@ -87,24 +87,36 @@ class Trainer:
             dr.eval(brightness, lessons)
             return brightness, lessons
 
-        self.view, self.held = view, held
-        self.trace, self.record = trace, dr.freeze(trace)
+        self.held, self.trace, self.record = held, trace, dr.freeze(trace)
+        self.recordable = True
 
     def train(self, table: LightTable, seed: int, path_count: int) -> tuple[Paths, Trials]:
         """Follow paths whose lights a table chooses, and return what these gave.
 
         The paths are the same for the same seed.
         """
-        pixel, index = trained_pixels(self.view.pixel_count, path_count)
+        view = self.held[0]
+        pixel, index = trained_pixels(view.pixel_count, path_count)
         inputs = dr.opaque(mi.UInt32, seed), upload(mi.UInt32, pixel), upload(mi.UInt32, index)
-        self.view.integrator.table = table  # an input of the recording, as all that it refers to
-        try:
-            brightness, lessons = self.record(*inputs)
-        except RuntimeError:  # a plugin hides arrays from Dr.Jit; an error of another cause is raised again
-            brightness, lessons = self.trace(*inputs)
+        view.integrator.table = table  # an input of the recording, as all that it refers to
+        found = None
+        if self.recordable:
+            try:
+                found = self.record(*inputs)
+            except RuntimeError:  # a plugin hides arrays from Dr.Jit; an error of another cause is raised again
+                self.recordable = False
+        brightness, lessons = found or self.trace(*inputs)
         trials = [trials_of(lesson) for lesson in lessons]
         values = doubles(dr.select(dr.isfinite(brightness), brightness, 0.0))
         return Paths(pixel, values), Trials(*(np.concatenate(arrays) for arrays in zip(*trials, strict=True)))
+
+    def rest(self) -> None:
+        """Release the view until ``reopen``."""
+        self.held.clear()
+
+    def reopen(self, view: View, sampler: Any) -> None:
+        """Follow paths of another view of the same scene and film, with a sampler of the same kind."""
+        self.held[:] = [view, sampler]
 
     def close(self) -> None:
         """Let go of what is recorded, which keeps the scene."""

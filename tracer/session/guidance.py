@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from contextlib import closing
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any
@@ -15,9 +14,10 @@ from tracer.core.arrays import Floats
 from tracer.guiding.learn import Lesson, brightness, learn, path_noise, path_weights
 from tracer.guiding.slots import slots_of
 from tracer.guiding.table import LightChances, LightTable
-from tracer.guiding.training import Paths, Trainer, Trials, joined
+from tracer.guiding.training import Paths, Trials, joined
 from tracer.scene.view import View
 from tracer.session.recorder import Recorder
+from tracer.session.recordings import recorded_training
 from tracer.session.state import State
 from tracer.settings import Settings
 
@@ -28,10 +28,24 @@ LOOK_SHARE, TRAINING_SHARE = 0.015, 0.06
 MOST_PATHS = 1 << 20
 """Most paths that teach."""
 LEAST_PATHS = 1 << 11
-"""Fewest paths from which anything is learned; a picture for which these are too many is not guided."""
-WORTH_A_LOOK, WORTH_ITS_TIME = 1.04, 1.1
-"""Factor by which the variance must be expected to fall for more paths to be drawn, and for the table to be used. It
-falls further than expected, as what was learned from one half of the paths is judged by the other."""
+"""Fewest paths from which anything is learned."""
+FIXED_PATHS = 1 << 16
+"""Number of paths that take as long as the part of learning that does not depend on their number."""
+DEARER = 1.08
+"""How many times as long a path is taken to take whose lights are chosen by a table; it was 1.05 to 1.2 times."""
+WORTH_A_LOOK = 1.04
+"""Factor by which the variance must be expected to fall after a first look for more paths to be drawn. It falls further
+than expected, as what one half of the paths has taught is judged by the other."""
+MANY_LIGHTS, HOPE, HOPE_FOR_MANY = 16, 1.25, 3.0
+"""Factor by which the variance may be hoped to fall before anything is known, in general, and with so many lights."""
+
+
+def pays(gain: float, path_count: int, taught: int) -> bool:
+    """Return whether a picture of ``path_count`` paths is better for its time if the variance falls ``gain``-fold.
+
+    ``taught``: paths that learning takes.
+    """
+    return gain * path_count > DEARER * path_count + taught + FIXED_PATHS
 
 
 def with_guide(view: View, settings: Settings) -> View:
@@ -47,7 +61,7 @@ def with_guide(view: View, settings: Settings) -> View:
 
 def is_guided(view: View) -> bool:
     """Return whether the integrator of a view is ``guided``. Every variant has a class of its own of that name."""
-    return type(view.integrator).__name__ == "GuidedIntegrator"
+    return type(getattr(view, "integrator", None)).__name__ == "GuidedIntegrator"
 
 
 def guided_view(view: View) -> View:
@@ -79,8 +93,11 @@ def guided_like(path: Any) -> Any:
     return mi.load_dict({"type": "guided", **numbers, "hide_emitters": path.hide_emitters})
 
 
-def begin_guided(view: View, settings: Settings, recorder: Recorder, state: State) -> None:
-    """Learn about lights if the view can and nothing is drawn yet, or take over what the state has learned."""
+def begin_guided(view: View, settings: Settings, recorder: Recorder, state: State, keep: bool) -> None:
+    """Learn about lights if the view can and nothing is drawn yet, or take over what the state has learned.
+
+    ``keep``: as for ``learn_lights``.
+    """
     if not is_guided(view):
         if settings.guide:
             name = view.integrator.class_name()
@@ -88,7 +105,7 @@ def begin_guided(view: View, settings: Settings, recorder: Recorder, state: Stat
         return
     if state.done == 0 and state.guide is None and settings.guide is not False:
         with recorder.timing("seconds_guiding"):
-            lesson = learn_lights(view, settings.spp, settings.seed, settings.objective, settings.exposure)
+            lesson = learn_lights(view, settings.spp, settings.seed, settings.objective, settings.exposure, keep)
         if lesson is not None:
             state.guide = lesson.learned
             recorder.report.note(
@@ -98,17 +115,23 @@ def begin_guided(view: View, settings: Settings, recorder: Recorder, state: Stat
     choose_by(view, state.guide)
 
 
-def learn_lights(view: View, spp: int, seed: int, objective: str = "relative", exposure: float = 0.0) -> Lesson | None:
+def learn_lights(
+    view: View, spp: int, seed: int, objective: str = "relative", exposure: float = 0.0, keep: bool = False
+) -> Lesson | None:
     """Return what a few paths of a guided view teach, or None if that is not worth the time it takes to use it.
 
-    ``spp``: samples per pixel that the picture will have; ``objective``, ``exposure``: see ``tracer.settings``.
+    ``spp``: samples per pixel that the picture will have; ``objective``, ``exposure``: see ``tracer.settings``;
+    ``keep``: whether the next render of the scene may use what is recorded in this one.
     """
     plan = slots_of(view.scene) if view.scene.emitters() else None
-    look_count, most = (int(share * spp * view.pixel_count) for share in (LOOK_SHARE, TRAINING_SHARE))
+    total = spp * view.pixel_count
+    look_count, most = (min(int(share * total), MOST_PATHS) for share in (LOOK_SHARE, TRAINING_SHARE))
     if plan is None or len(plan.stock) < 2 or look_count < LEAST_PATHS:
         return None
+    if not pays(HOPE if len(plan.order) < MANY_LIGHTS else HOPE_FOR_MANY, total, most):
+        return None
 
-    with closing(Trainer(view)) as trainer:
+    with recorded_training(view, keep) as trainer:
 
         def weighed(learned: LightChances, path_count: int, key: int) -> tuple[Paths, Floats, Trials, Floats]:
             table = LightTable.of(view.scene, plan, learned)
@@ -118,13 +141,13 @@ def learn_lights(view: View, spp: int, seed: int, objective: str = "relative", e
             return paths, weight, trials, np.square(trials.given) * weight[trials.path]
 
         nothing = LightChances.stock(plan)
-        paths, weight, trials, squares = weighed(nothing, min(look_count, MOST_PATHS), LOOK_KEY)
+        paths, weight, trials, squares = weighed(nothing, look_count, LOOK_KEY)
         noise, path_count = path_noise(paths, weight), paths.pixel.size
         lesson = learn(trials, squares, path_count, noise, plan)
-        more = min(most, MOST_PATHS) - path_count
+        more = most - path_count
         if lesson is not None and lesson.gain > WORTH_A_LOOK and more > 0:
             paths, _, further, further_squares = weighed(lesson.learned, more, TRAINING_KEY)
             trials, squares = joined(trials, path_count, further), np.concatenate([squares, further_squares])
             path_count += paths.pixel.size
             lesson = learn(trials, squares, path_count, noise, plan)
-    return lesson if lesson is not None and lesson.gain > WORTH_ITS_TIME else None
+    return lesson if lesson is not None and pays(lesson.gain, total, 0) else None

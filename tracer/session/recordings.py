@@ -16,17 +16,18 @@ import sys
 import threading
 from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import AbstractContextManager, closing, contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 import drjit as dr
 import mitsuba as mi
 
+from tracer.guiding.training import Trainer
 from tracer.sampling.samples import Moments, Recorded, make_sampler
 from tracer.scene.view import View
 
-MOST_KEPT = 4
+MOST_KEPT = 6
 """Most recordings that are kept, those used last."""
 
 
@@ -35,7 +36,8 @@ class Subject:
     """What a recording is made of."""
 
     view: View
-    moments: Moments | None
+    purpose: Any
+    """What the recording is for: the moments that are gathered, or the class ``Trainer``."""
     frame: tuple
     """Size and place of the picture, and its channels."""
     parameters: dict[str, Any]
@@ -44,17 +46,17 @@ class Subject:
     """What tells each of the parameters apart from another value, see ``mark``."""
 
     @staticmethod
-    def of(view: View, moments: Moments | None) -> Subject:
+    def of(view: View, purpose: Any) -> Subject:
         """Return what a recording of a view would be made of now."""
         frame = (view.size, view.border, tuple(view.grid_origin), view.window, tuple(view.channels))
         parameters = parameters_of(view)
-        return Subject(view, moments, frame, parameters, {name: mark(value) for name, value in parameters.items()})
+        return Subject(view, purpose, frame, parameters, {name: mark(value) for name, value in parameters.items()})
 
     def is_another_state_of(self, other: Subject) -> bool:
         """Return whether both are the same, but for the values of parameters."""
         mine, others = self.view, other.view
         same = mine.scene is others.scene and mine.sensor is others.sensor and mine.integrator is others.integrator
-        return same and self.moments is other.moments and self.frame == other.frame
+        return same and self.purpose is other.purpose and self.frame == other.frame
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,8 @@ class Recording:
     """How samples of a subject are drawn."""
 
     subject: Subject
-    recorded: Recorded
+    recorded: Any
+    """A ``Recorded``, or a ``Trainer``."""
 
 
 kept: list[Recording] = []
@@ -72,25 +75,35 @@ in_use = 0
 """Number of kept recordings that are in use."""
 
 
-@contextmanager
-def recorded_drawing(view: View, moments: Moments | None, keep: bool) -> Iterator[Recorded]:
+def recorded_drawing(view: View, moments: Moments | None, keep: bool) -> AbstractContextManager[Recorded]:
     """Yield what draws samples of a view. ``keep``: whether the next render of its scene may use it again."""
+    return in_use_of(view, moments, lambda: Recorded(view, make_sampler(), moments), keep)
+
+
+def recorded_training(view: View, keep: bool) -> AbstractContextManager[Trainer]:
+    """Yield what follows the paths from which a view learns about lights; ``keep``: as for ``recorded_drawing``."""
+    return in_use_of(view, Trainer, lambda: Trainer(view, make_sampler()), keep)
+
+
+@contextmanager
+def in_use_of(view: View, purpose: Any, make: Callable[[], Any], keep: bool) -> Iterator[Any]:
+    """Yield what ``make`` returns, or what it has returned before for this view and purpose."""
     if keep:
-        recording = take(view, moments)
+        recording = take(view, purpose, make)
         try:
             yield recording.recorded
         finally:
             give_back(recording)
     else:
-        with closing(Recorded(view, make_sampler(), moments)) as recorded:
+        with closing(make()) as recorded:
             yield recorded
 
 
-def take(view: View, moments: Moments | None) -> Recording:
+def take(view: View, purpose: Any, make: Callable[[], Any]) -> Recording:
     """Return a recording for a view, one that was kept if there is one; whoever takes it gives it back."""
     global in_use
     let_go_of_unused()
-    subject = Subject.of(view, moments)
+    subject = Subject.of(view, purpose)
     with lock:
         in_use += 1
         for found in [recording for recording in kept if recording.subject.is_another_state_of(subject)]:
@@ -99,7 +112,7 @@ def take(view: View, moments: Moments | None) -> Recording:
                 found.recorded.reopen(view, make_sampler())
                 return found
             found.recorded.close()
-    return Recording(subject, Recorded(view, make_sampler(), moments))
+    return Recording(subject, make())
 
 
 def give_back(recording: Recording) -> None:

@@ -108,7 +108,7 @@ def begun(
             state.plan_anew(schedule.budget)
         state.meter.counted = (weights > 0)[view.inner] if np.any(weights == 0) else None
         recorder.begin(state, remarks)
-        begin_guided(view, settings, recorder, state)
+        begin_guided(view, settings, recorder, state, keep=was_open(request))
         if keeper is not None and state.features is None:
             with recorder.timing("seconds_features"):
                 state.features = draw_denoising_features(view, make_sampler(), settings.seed)
@@ -151,5 +151,9 @@ def make_drawer(request: Request, view: View, settings: Settings, drawer_for: Dr
     criterion = criteria.get(settings.criterion)
     if drawer_for is not None:
         return drawer_for(view, criterion, largest_pass)
-    was_open = not isinstance(request.scene, str | Path | dict)  # else there is no next render of it
-    return LocalDrawer(view, criterion.moments, largest_pass, keep=was_open)
+    return LocalDrawer(view, criterion.moments, largest_pass, keep=was_open(request))
+
+
+def was_open(request: Request) -> bool:
+    """Return whether the scene of a request was open before; else there is no next render of it."""
+    return not isinstance(request.scene, str | Path | dict)
