@@ -1,6 +1,8 @@
 """``guided`` is ``path`` until it is given a table, and has the same mean with any table."""
 
+import subprocess
 import sys
+from pathlib import Path
 
 import drjit as dr
 import mitsuba as mi
@@ -112,3 +114,30 @@ def test_under_mitsuba_alone_it_learns():
 
 def test_it_says_what_it_is():
     assert "max_depth = -1" in str(mi.load_dict({"type": "guided"}))
+
+
+IN_A_VARIANT = """
+import subprocess
+import sys
+from pathlib import Path
+sys.path.insert(0, {tests!r})
+import tracer
+tracer.activate({variant!r})
+import numpy as np
+from guiding.lights import scene_with_lights
+
+glass = {{"type": "sphere", "center": [0.9, -0.5, 0.3], "radius": 0.3, "bsdf": {{"type": "dielectric"}}}}
+scene = scene_with_lights("area", "sphere", "sky", glass=glass)
+settings = {{"size": 16, "spp": 64, "criterion": "uniform"}}
+path, guided = (
+    tracer.render(scene, integrator={{"type": name, "max_depth": 5}}, **settings).image for name in ("path", "guided")
+)
+assert np.allclose(path, guided, rtol=1e-4, atol=1e-5), abs(path - guided).max()
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("variant", ["llvm_ad_spectral", "llvm_ad_spectral_polarized", "llvm_ad_mono"])
+def test_in_every_variant_it_is_path_unguided(variant):
+    program = IN_A_VARIANT.format(tests=str(Path(__file__).parents[1]), variant=variant)
+    subprocess.run([sys.executable, "-c", program], check=True, timeout=300)

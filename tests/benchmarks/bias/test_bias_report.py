@@ -42,7 +42,7 @@ def test_a_stopped_run_leaves_the_scenes_that_it_has_measured(tmp_path, monkeypa
 
     with pytest.raises(KeyboardInterrupt):
         report.report(tmp_path, until_the_second_scene)
-    assert said[0] == ("cornell_box: reference", 0, 27)  # nine scenes: a reference, two seeds
+    assert said[0] == ("cornell_box: reference", 0, 36)  # twelve scenes: a reference, two seeds
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(report.FILES)
     (measured,) = json.loads((tmp_path / "results.json").read_text())
     assert measured["scene"] == "cornell_box"
