@@ -36,6 +36,9 @@ constant, because the expected picture does not depend on it.
  * - block
    - |int|
    - Side, in pixels, of the squares over which the complexity of IDs is measured. (Default: 1)
+ * - guide
+   - |bool|
+   - Whether to learn which lights matter where, if the nested integrator is ``path``. (Default: only for ``guided``)
  * - unbiased
    - |bool|
    - Whether samples that decide on the allocation are left out of the picture; they still count towards ``spp``.

@@ -56,10 +56,10 @@ def render(
     the scene must be a file. ``started``: value of ``time.perf_counter()`` from which a time limit counts; None: now.
 
     Further keywords are those of ``tracer.settings.Settings``: spp, noise, time, seed, criterion, objective, exposure,
-    pilot_spp, min_spp, max_spp, cost, block, unbiased, shape_weights. If the scene's integrator is ``adaptive``, its
-    parameters are the defaults. ``criterion`` may also be a function from ``tracer.criteria.Evidence`` to importance
-    (H, W); a function without a registered name cannot be combined with a checkpoint. Sets the Mitsuba variant
-    ``llvm_ad_rgb`` unless one is active. Raises the errors of ``tracer.errors``.
+    pilot_spp, min_spp, max_spp, cost, block, guide, unbiased, shape_weights. If the scene's integrator is ``adaptive``,
+    its parameters are the defaults. ``criterion`` may also be a function from ``tracer.criteria.Evidence`` to
+    importance (H, W); a function without a registered name cannot be combined with a checkpoint. Sets the Mitsuba
+    variant ``llvm_ad_rgb`` unless one is active. Raises the errors of ``tracer.errors``.
     """
     started = time.perf_counter() if started is None else started
     require_keywords(settings)

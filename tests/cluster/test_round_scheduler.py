@@ -39,7 +39,7 @@ def test_two_workers_make_the_picture_of_one_process(two_workers, settings):
 
 
 def test_workers_choose_lights_by_what_the_client_has_learned(two_workers):
-    lamps = Path(scenes.__file__).parent / "lamp_and_sky.xml"
+    lamps = Path(scenes.__file__).parent / "many_lights.xml"
     settings = {"size": 96, "spp": 32, "guide": True}
     alone = tracer.render(lamps, **settings)
     assert any(note.startswith("Guided: ") for note in alone.report.notes)

@@ -106,6 +106,30 @@ def test_within_adaptive_it_learns(lamps):
 
 def test_paths_without_a_limit_and_with_one_are_told_from_text():
     for depth in (-1, 7):
-        guided = guidance.guided_like(mi.load_dict({"type": "path", "max_depth": depth, "rr_depth": 4}))
+        guided = guidance.guided_like(mi.load_dict({"type": "path", "max_depth": depth, "rr_depth": 4}), False)
         assert f"max_depth = {depth}" in str(guided)
         assert "rr_depth = 4" in str(guided)
+
+
+def test_weights_that_a_person_gave_to_lights_are_kept():
+    lights = {
+        f"light{k}": {
+            "type": "point",
+            "position": [0.05 * k, 0, 2.0],
+            "intensity": 0.1,
+            "sampling_weight": 0.0 if k else 1.0,
+        }
+        for k in range(20)
+    }
+    scene = scene_with_lights(**lights)
+    result = render(scene, guide=True)
+    assert not any(note.startswith("Guided") for note in result.report.notes)
+    assert np.allclose(result.image, render(scene).image, rtol=1e-4, atol=1e-5)
+
+
+def test_after_a_change_of_the_integrator_it_is_as_it_says(lamps):
+    shown = scene_with_lights(*LAMPS)
+    before = render(shown, guide=True).image
+    shown.integrator().hide_emitters = True
+    after = render(shown, guide=True).image
+    assert np.max(before) > 2 * np.max(after)

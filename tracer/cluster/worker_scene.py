@@ -21,7 +21,7 @@ from tracer.guiding.table import LightChances
 from tracer.scene.fingerprint import fingerprint
 from tracer.scene.frame import PlainFrame
 from tracer.scene.view import open_scene
-from tracer.session.guidance import choose_by, guided_view
+from tracer.session.guidance import choose_by, guided_view, is_guided
 from tracer.session.local_drawer import LocalDrawer
 
 DEVICE = ThreadPoolExecutor(1, "tracer-device")
@@ -53,15 +53,18 @@ class WorkerScene:
         opened = open_scene(source, setup.sensor, setup.integrator, setup.size, setup.crop, define)
         self.plain_view = self.view = self.stack.enter_context(opened)
         self.drawers: dict[str | None, LocalDrawer] = {}
+        self.is_guided = is_guided(self.view)
+        """Whether the integrator is ``guided``: the scene's own one, or in place of ``path``."""
         self.learned: dict[str, Any] | None = None
         """Chances of lights by which the integrator chooses, as they came."""
 
     def guide(self, guided: bool, learned: dict[str, Any] | None) -> None:
         """Let the integrator be ``guided`` or not, and choose lights by packed chances; None: all are alike."""
-        if guided != (self.view is not self.plain_view):
+        if guided != self.is_guided:
             self.close_drawers()
             self.view = guided_view(self.plain_view) if guided else self.plain_view
-            self.learned = None
+            self.is_guided, self.learned = guided, None
+            choose_by(self.view, None)  # an earlier render may have left what it has learned
         if guided and not same_arrays(learned, self.learned):
             choose_by(self.view, None if learned is None else LightChances.unpack(learned))
             self.learned = learned

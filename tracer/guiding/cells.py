@@ -84,7 +84,8 @@ class CellFinder:
     def cell(self, position: Any, normal: Any) -> Any:
         """Return the cell (mi.UInt32) of points (mi.Point3f) on surfaces with a normal (mi.Vector3f)."""
         last = mi.Vector3f(self.boxes) - 1.0
-        place = mi.Vector3u(mi.Vector3i(dr.clip((position - self.low) * self.scale, 0.0, last)))
+        inside = dr.clip((position - self.low) * self.scale, 0.0, last)
+        place = mi.Vector3u(mi.Vector3i(dr.select(dr.isfinite(inside), inside, 0.0)))
         return ((place.z * self.boxes.y + place.y) * self.boxes.x + place.x) * FACES + face_of(normal)
 
 

@@ -58,8 +58,8 @@ def learn(trials: Trials, squares: Floats, path_count: int, noise: Floats, plan:
     geometry = geometric_moments(middles, ways, grid.edge, plan)
     half = trials.path % 2
     cap = float(np.quantile(noise, CAP))
-    stock = squares / (plan.stock[trials.slot] * trials.chance)
-    seen = squares / trials.chance * np.minimum(1, cap / np.maximum(stock, 1e-300))
+    size = squares / np.square(plan.stock[trials.slot])
+    seen = squares / trials.chance * np.minimum(1, cap / np.maximum(size, 1e-300))
     verdict = Verdict(np.zeros(len(found)), np.zeros(len(found)))
     for number in (0, 1):
         mine, other = half == number, half != number

@@ -21,6 +21,8 @@ MOST_SLOTS = 256
 """Most slots of a scene; where there are more lights, they are put into groups."""
 SKY_SIDE, LIGHT_SIDE = 8, 4
 """Most parts along each side of the unit square from which places on the sky, or on another large light, are made."""
+GRID = 4
+"""Steps along each side of a part in which its ends are looked for."""
 ONE = 1.0 - 2.0**-24
 """Largest float32 below 1."""
 
@@ -115,8 +117,11 @@ def slots_of(scene: Any) -> SlotPlan:
     lights = scene.emitters()
     sides, low, high = np.ones(len(lights), np.int64), np.zeros((len(lights), 3)), np.zeros((len(lights), 3))
     for k, light in enumerate(lights):
-        if not mi.has_flag(light.flags(), mi.EmitterFlags.Delta):
-            sides[k] = SKY_SIDE if light.is_environment() else LIGHT_SIDE
+        shape = light.get_shape()
+        if light.is_environment():
+            sides[k] = SKY_SIDE
+        elif shape is not None and shape.class_name() != "Sphere":  # whose parts are elsewhere from every point
+            sides[k] = LIGHT_SIDE
         box = light.bbox()
         has_place = box.valid() and np.all(np.isfinite([*box.min, *box.max])) and not light.is_environment()
         low[k], high[k] = ([*box.min], [*box.max]) if has_place else (-np.inf, np.inf)
@@ -130,12 +135,24 @@ def slots_of(scene: Any) -> SlotPlan:
 
 
 def part_boxes(light: Any, side: int) -> tuple[Floats, Floats]:
-    """Return corners (side^2, 3) of a box around each part of an area light, from the places at the part's corners."""
-    row, column = (values.ravel() for values in np.indices((side + 1, side + 1)))
-    number = mi.Point2f(upload(mi.Float, np.minimum(column / side, ONE)), upload(mi.Float, np.minimum(row / side, ONE)))
-    place = np.array(light.sample_position(mi.Float(0.0), number)[0].p).T.reshape(side + 1, side + 1, 3)
-    corners = np.stack([place[:-1, :-1], place[:-1, 1:], place[1:, :-1], place[1:, 1:]])
-    return corners.min(axis=0).reshape(-1, 3), corners.max(axis=0).reshape(-1, 3)
+    """Return corners (side^2, 3) of a box around each part of an area light, from a grid of places on it.
+
+    If the light cannot tell places, as those with some textures, all boxes are that of the whole light.
+    """
+    row, column = (values.ravel() / (GRID * side) for values in np.indices((GRID * side + 1, GRID * side + 1)))
+    number = mi.Point2f(upload(mi.Float, np.minimum(column, ONE)), upload(mi.Float, np.minimum(row, ONE)))
+    try:
+        place = np.array(light.sample_position(mi.Float(0.0), number)[0].p).T
+    except RuntimeError:
+        box = light.bbox()
+        return np.tile(np.ravel(box.min), (side**2, 1)), np.tile(np.ravel(box.max), (side**2, 1))
+    place = place.reshape(GRID * side + 1, GRID * side + 1, 3)
+    parts = [
+        place[GRID * k : GRID * k + GRID + 1, GRID * n : GRID * n + GRID + 1].reshape(-1, 3)
+        for k in range(side)
+        for n in range(side)
+    ]
+    return np.stack([part.min(axis=0) for part in parts]), np.stack([part.max(axis=0) for part in parts])
 
 
 @dataclass

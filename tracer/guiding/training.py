@@ -126,7 +126,7 @@ class Trainer:
 
 def trials_of(lesson: Any) -> list[NDArray]:
     """Return the fields of ``Trials`` of one vertex of all paths; ``lesson``: a ``LightSample``."""
-    path = dr.compress(lesson.taught)
+    path = dr.compress(lesson.taught & dr.all(dr.isfinite(lesson.position) & dr.isfinite(lesson.normal)))
     if len(path) == 0:
         return [
             np.zeros((0, 3) if name in ("position", "normal") else 0, np.uint32 if name in ("path", "slot") else float)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import re
 from dataclasses import replace
 from functools import lru_cache
@@ -25,8 +26,8 @@ LOOK_KEY, TRAINING_KEY = 0x100C, 0x7EAC
 """Keep samples that teach apart from those that make the picture."""
 LOOK_SHARE, TRAINING_SHARE = 0.015, 0.06
 """Parts of the samples of a picture that are drawn to find out whether there is anything to learn, and to learn it."""
-MOST_PATHS = 1 << 20
-"""Most paths that teach."""
+MOST_LOOK_PATHS, MOST_PATHS = 1 << 18, 1 << 20
+"""Most paths of these two."""
 LEAST_PATHS = 1 << 11
 """Fewest paths from which anything is learned."""
 FIXED_PATHS = 1 << 16
@@ -36,6 +37,8 @@ DEARER = 1.08
 WORTH_A_LOOK = 1.04
 """Factor by which the variance must be expected to fall after a first look for more paths to be drawn. It falls further
 than expected, as what one half of the paths has taught is judged by the other."""
+OPEN_SPP = 64
+"""Samples per pixel for which a picture learns that ends with a noise target or a time, if not fewer are allowed."""
 MANY_LIGHTS, HOPE, HOPE_FOR_MANY = 16, 1.25, 3.0
 """Factor by which the variance may be hoped to fall before anything is known, in general, and with so many lights."""
 
@@ -66,11 +69,14 @@ def is_guided(view: View) -> bool:
 
 def guided_view(view: View) -> View:
     """Return a view with the integrator ``guided`` in place of ``path``."""
-    return view if is_guided(view) else replace(view, integrator=guided_like(view.integrator))
+    path = view.integrator
+    return view if is_guided(view) else replace(view, integrator=guided_like(path, path.hide_emitters))
 
 
 def choose_by(view: View, learned: LightChances | None) -> None:
-    """Let the integrator of a guided view choose lights by what was learned; None: all with the same chance."""
+    """Let the integrator, if it is ``guided``, choose lights by what was learned; None: all with the same chance."""
+    if not is_guided(view):
+        return
     scene = view.scene
     view.integrator.learned = learned
     view.integrator.table = None if learned is None else LightTable.of(scene, slots_of(scene), learned)
@@ -83,14 +89,17 @@ def packed_guide(view: View) -> dict[str, Any] | None:
 
 
 @lru_cache(maxsize=4)
-def guided_like(path: Any) -> Any:
+def guided_like(path: Any, hide_emitters: bool) -> Any:
     """Return an integrator ``guided`` with the parameters of a ``path``, which tells them only as text.
 
     It is the same one for the same ``path``, so that what is recorded of it can be used again.
     """
     numbers = {name: int(value) for name, value in re.findall(r"(max_depth|rr_depth) = (\d+)", str(path))}
     numbers = {name: -1 if value >= 2**31 else value for name, value in numbers.items()}
-    return mi.load_dict({"type": "guided", **numbers, "hide_emitters": path.hide_emitters})
+    return mi.load_dict({"type": "guided", **numbers, "hide_emitters": hide_emitters})
+
+
+atexit.register(guided_like.cache_clear)  # before Mitsuba is unloaded
 
 
 def begin_guided(view: View, settings: Settings, recorder: Recorder, state: State, keep: bool) -> None:
@@ -105,7 +114,8 @@ def begin_guided(view: View, settings: Settings, recorder: Recorder, state: Stat
         return
     if state.done == 0 and state.guide is None and settings.guide is not False:
         with recorder.timing("seconds_guiding"):
-            lesson = learn_lights(view, settings.spp, settings.seed, settings.objective, settings.exposure, keep)
+            spp = min(settings.spp, OPEN_SPP) if settings.is_open else settings.spp
+            lesson = learn_lights(view, spp, settings.seed, settings.objective, settings.exposure, keep)
         if lesson is not None:
             state.guide = lesson.learned
             recorder.report.note(
@@ -125,8 +135,8 @@ def learn_lights(
     """
     plan = slots_of(view.scene) if view.scene.emitters() else None
     total = spp * view.pixel_count
-    look_count, most = (min(int(share * total), MOST_PATHS) for share in (LOOK_SHARE, TRAINING_SHARE))
-    if plan is None or len(plan.stock) < 2 or look_count < LEAST_PATHS:
+    look_count, most = min(int(LOOK_SHARE * total), MOST_LOOK_PATHS), min(int(TRAINING_SHARE * total), MOST_PATHS)
+    if plan is None or len(plan.stock) < 2 or look_count < LEAST_PATHS or not all_alike(view.scene):
         return None
     if not pays(HOPE if len(plan.order) < MANY_LIGHTS else HOPE_FOR_MANY, total, most):
         return None
@@ -151,3 +161,8 @@ def learn_lights(
             path_count += paths.pixel.size
             lesson = learn(trials, squares, path_count, noise, plan)
     return lesson if lesson is not None and pays(lesson.gain, total, 0) else None
+
+
+def all_alike(scene: Any) -> bool:
+    """Return whether Mitsuba chooses all lights with the same chance: a person may have given them weights."""
+    return len({light.sampling_weight() for light in scene.emitters()}) == 1
