@@ -25,7 +25,7 @@ LEAST_GAIN = 1.05
 """Factor by which the second moment must fall for a cell to be guided."""
 BELIEF = 1.0
 """Weight of the verdict on a coarse cell, in verdicts on a fine cell in it of average weight."""
-CAP = 0.99
+CAP = 0.999
 """Part of the squared errors of paths that count in full when a gain is foretold; larger ones count as this one."""
 BLOCK = 8
 """Side in pixels of the squares over which the brightness of the picture is averaged."""
