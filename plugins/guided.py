@@ -99,7 +99,10 @@ class GuidedIntegrator(mi.SamplingIntegrator):
             number = int(seed[0]) if isinstance(seed, mi.UInt32) else int(seed)
             lesson = learn_lights(view, spp or chosen_sensor.sampler().sample_count(), number, keep=True)
             choose_by(view, None if lesson is None else lesson.learned)
-        return super().render(scene, chosen_sensor, seed, spp, develop, evaluate)
+        try:
+            return super().render(scene, chosen_sensor, seed, spp, develop, evaluate)
+        finally:
+            self.table = self.learned = None  # they are of this scene
 
     def sample(
         self, scene: mi.Scene, sampler: mi.Sampler, ray: Any, medium: Any = None, active: Any = True
@@ -143,7 +146,7 @@ class GuidedIntegrator(mi.SamplingIntegrator):
                 density = scene.pdf_emitter_direction(before, met, ~before_is_delta)
             density = dr.select(before_is_delta, 0.0, density)
             emitted = emitter.eval(surface, before_density > 0)
-            radiance = dr.fma(throughput, emitted * balanced(before_density, density), radiance)
+            radiance = dr.fma(throughput, emitted * power_heuristic(before_density, density), radiance)
 
             continues = (depth + 1 < self.max_depth) & surface.is_valid()
             bsdf = surface.bsdf(ray)
@@ -169,19 +172,17 @@ class GuidedIntegrator(mi.SamplingIntegrator):
                 context, surface, wo, sampler.next_1d(), sampler.next_2d()
             )
             value = surface.to_world_mueller(value, -wo, surface.wi)
-            balance = dr.select(towards.delta, 1.0, balanced(towards.pdf, density))
-            given = throughput * value * weight * balance
+            mis_weight = dr.select(towards.delta, 1.0, power_heuristic(towards.pdf, density))
+            given = throughput * value * weight * mis_weight
             lit &= dr.max(dr.abs(mi.unpolarized_spectrum(given))) > 0
             lit &= ~scene.ray_test(surface.spawn_ray_to(towards.p), False, lit)
             given = dr.select(lit, given, 0.0)
             radiance += given
             for k in range(vertices):
-                if dr.hint(k < vertices, mode="scalar"):
-                    now = continues & (depth == k) & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
-                    size = dr.mean(mi.unpolarized_spectrum(given)) * slot_chance
-                    lessons[k] = dr.select(
-                        now, LightSample(now, surface.p, normal, slot, slot_chance, size), lessons[k]
-                    )
+                now = continues & (depth == k) & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
+                size = dr.mean(mi.unpolarized_spectrum(given)) * slot_chance
+                lesson = LightSample(now, surface.p, normal, slot, slot_chance, size)
+                lessons[k] = dr.select(now, lesson, lessons[k])
 
             # The path goes on
             drawn_weight = surface.to_world_mueller(drawn_weight, -drawn.wo, surface.wi)
@@ -213,8 +214,8 @@ class GuidedIntegrator(mi.SamplingIntegrator):
         )
 
 
-def balanced(density: Any, other: Any) -> Any:
-    """Return the weight of a sample that another technique might have drawn (power heuristic, Veach 1997, eq. 9.13)."""
+def power_heuristic(density: Any, other: Any) -> Any:
+    """Return the weight of a sample that another technique might have drawn (Veach 1997, eq. 9.13)."""
     square = dr.square(density)
     weight = square / (square + dr.square(other))
     return dr.detach(dr.select(dr.isfinite(weight), weight, 0.0))

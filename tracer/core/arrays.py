@@ -13,6 +13,8 @@ Integers = NDArray[np.int64]
 """Array of whole numbers, such as indices."""
 Counts = NDArray[np.uint32]
 """Array of counts, such as samples per pixel."""
+Indices = NDArray[np.uint32]
+"""Array of indices in 32 bits, as the device has them."""
 Mask = NDArray[np.bool_]
 """Array that tells which entries are chosen."""
 

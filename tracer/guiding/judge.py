@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Floats, Mask
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ def judge(chances: Floats, stock: Floats, row: NDArray, slot: NDArray, seen: Flo
     return Verdict(mitsuba.astype(float), guided.astype(float))
 
 
-def sure_rows(verdict: Verdict, parents: NDArray, least_gain: float, belief: float) -> NDArray[np.bool_]:
+def sure_rows(verdict: Verdict, parents: NDArray, least_gain: float, belief: float) -> Mask:
     """Return which rows (rows,) are sure to gain: the verdict on each is mixed with that on its parent.
 
     ``parents`` (rows,): group of each row, whose rows are judged together; ``belief``: part of the verdict on a group

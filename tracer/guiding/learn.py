@@ -23,7 +23,7 @@ PARENT = 4
 """A box of the coarser grid has edges that are this many times as long."""
 LEAST_GAIN = 1.05
 """Factor by which the second moment must fall for a cell to be guided."""
-BELIEF = 1.0
+GROUP_BELIEF = 1.0
 """Weight of the verdict on a coarse cell, in verdicts on a fine cell in it of average weight."""
 CAP = 0.999
 """Part of the squared errors of paths that count in full when a gain is foretold; larger ones count as this one."""
@@ -66,7 +66,7 @@ def learn(trials: Trials, squares: Floats, path_count: int, noise: Floats, plan:
         tally = Tally.of(cell[mine], trials.slot[mine], squares[mine], shape)
         own = chances(slot_moments(tally, geometry, [coarse], plan)[-1], plan)
         verdict += judge(own, plan.stock, cell[other], trials.slot[other], seen[other])
-    sure = sure_rows(verdict, coarse, LEAST_GAIN, BELIEF)
+    sure = sure_rows(verdict, coarse, LEAST_GAIN, GROUP_BELIEF)
     saved = float((verdict.stock - verdict.guided)[sure].sum())
     variance = path_count * float(np.minimum(noise, cap).mean())
     gain = variance / max(variance - saved, 0.1 * variance) if variance > 0 else 1.0

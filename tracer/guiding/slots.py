@@ -12,36 +12,33 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from numpy.typing import NDArray
 
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Floats, Indices, Integers
 from tracer.core.device import upload
 
 MOST_SLOTS = 256
 """Most slots of a scene; where there are more lights, they are put into groups."""
 SKY_SIDE, LIGHT_SIDE = 8, 4
 """Most parts along each side of the unit square from which places on the sky, or on another large light, are made."""
-GRID = 4
+PROBES = 4
 """Steps along each side of a part in which its ends are looked for."""
 ONE = 1.0 - 2.0**-24
 """Largest float32 below 1."""
-
-Numbers = NDArray[np.uint32]
 
 
 @dataclass(frozen=True)
 class SlotPlan:
     """The slots of a scene."""
 
-    order: Numbers
+    order: Indices
     """(lights,): numbers of the lights in ``mi.Scene.emitters``, those of a slot next to each other."""
-    first: Numbers
+    first: Indices
     """(slots,): place in ``order`` of the first light of each slot."""
-    count: Numbers
+    count: Indices
     """(slots,): number of lights of each slot."""
-    side: Numbers
+    side: Indices
     """(slots,): parts along each side into which the light of the slot is cut."""
-    part: Numbers
+    part: Indices
     """(slots,): which part of its light a slot is, row by row."""
     centre: Floats
     """(slots, 3): in the middle of the lights of each slot."""
@@ -49,12 +46,12 @@ class SlotPlan:
     """(slots,): distance from there to their ends; infinite where lights have no place, as the sky."""
 
     @property
-    def begin(self) -> Numbers:
+    def begin(self) -> Indices:
         """(lights,), by place in ``order``: first slot of each light."""
         return np.searchsorted(self.first, np.arange(len(self.order)), side="right").astype(np.uint32) - self.parts
 
     @property
-    def parts(self) -> Numbers:
+    def parts(self) -> Indices:
         """(lights,), by place in ``order``: number of slots of each light; 1 for lights of a group."""
         last = np.searchsorted(self.first, np.arange(len(self.order)), side="right") - 1
         return (self.side[last] ** 2).astype(np.uint32)
@@ -65,7 +62,7 @@ class SlotPlan:
         return self.count / (len(self.order) * self.side.astype(float) ** 2)
 
 
-def plan_slots(sides: NDArray[np.int64], low: Floats, high: Floats, most: int = MOST_SLOTS) -> SlotPlan:
+def plan_slots(sides: Integers, low: Floats, high: Floats, most: int = MOST_SLOTS) -> SlotPlan:
     """Return the slots of lights.
 
     ``sides`` (lights,): parts along each side into which each may be cut; ``low``, ``high`` (lights, 3): corners of the
@@ -78,7 +75,7 @@ def plan_slots(sides: NDArray[np.int64], low: Floats, high: Floats, most: int = 
         bounds = np.linspace(0, light_count, most + 1).round().astype(np.int64)
         low, high = np.minimum.reduceat(low[order], bounds[:-1]), np.maximum.reduceat(high[order], bounds[:-1])
         ones, zeros = np.ones(most, np.uint32), np.zeros(most, np.uint32)
-        return SlotPlan(u32(order), u32(bounds[:-1]), u32(np.diff(bounds)), ones, zeros, *balls(low, high))
+        return SlotPlan(indices(order), indices(bounds[:-1]), indices(np.diff(bounds)), ones, zeros, *balls(low, high))
     sides = sides.copy()
     while (sides**2).sum() > most:
         sides[sides == sides.max()] //= 2
@@ -86,7 +83,14 @@ def plan_slots(sides: NDArray[np.int64], low: Floats, high: Floats, most: int = 
     first, side = np.repeat(np.arange(light_count), parts), np.repeat(sides, parts)
     part = np.concatenate([np.arange(count) for count in parts]) if light_count else np.zeros(0)
     around = balls(low[first], high[first])
-    return SlotPlan(u32(np.arange(light_count)), u32(first), u32(np.ones(len(first))), u32(side), u32(part), *around)
+    return SlotPlan(
+        indices(np.arange(light_count)),
+        indices(first),
+        indices(np.ones(len(first))),
+        indices(side),
+        indices(part),
+        *around,
+    )
 
 
 def balls(low: Floats, high: Floats) -> tuple[Floats, Floats]:
@@ -96,12 +100,12 @@ def balls(low: Floats, high: Floats) -> tuple[Floats, Floats]:
     return np.where(has_place, 0.5 * (low + high), 0), 0.5 * np.sqrt(np.square(high - low).sum(axis=-1))
 
 
-def u32(numbers: Any) -> Numbers:
-    """Return numbers as uint32."""
+def indices(numbers: Any) -> Indices:
+    """Return whole numbers as 32-bit ones."""
     return np.asarray(numbers, np.uint32)
 
 
-def morton(points: Floats) -> NDArray[np.int64]:
+def morton(points: Floats) -> Integers:
     """Return the place (N,) of points (N, 3) on a curve that fills space (Morton, 1966)."""
     low, extent = points.min(axis=0), np.ptp(points, axis=0).max()
     cell = np.clip((points - low) / max(extent, 1e-30) * 1023, 0, 1023).astype(np.int64)
@@ -139,16 +143,16 @@ def part_boxes(light: Any, side: int) -> tuple[Floats, Floats]:
 
     If the light cannot tell places, as those with some textures, all boxes are that of the whole light.
     """
-    row, column = (values.ravel() / (GRID * side) for values in np.indices((GRID * side + 1, GRID * side + 1)))
+    row, column = (values.ravel() / (PROBES * side) for values in np.indices((PROBES * side + 1, PROBES * side + 1)))
     number = mi.Point2f(upload(mi.Float, np.minimum(column, ONE)), upload(mi.Float, np.minimum(row, ONE)))
     try:
         place = np.array(light.sample_position(mi.Float(0.0), number)[0].p).T
     except RuntimeError:
         box = light.bbox()
         return np.tile(np.ravel(box.min), (side**2, 1)), np.tile(np.ravel(box.max), (side**2, 1))
-    place = place.reshape(GRID * side + 1, GRID * side + 1, 3)
+    place = place.reshape(PROBES * side + 1, PROBES * side + 1, 3)
     parts = [
-        place[GRID * k : GRID * k + GRID + 1, GRID * n : GRID * n + GRID + 1].reshape(-1, 3)
+        place[PROBES * k : PROBES * k + PROBES + 1, PROBES * n : PROBES * n + PROBES + 1].reshape(-1, 3)
         for k in range(side)
         for n in range(side)
     ]

@@ -10,10 +10,10 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.core.arrays import Singles
+from tracer.core.arrays import Indices, Singles
 from tracer.core.device import upload
 from tracer.guiding.cells import CellFinder, Grid
-from tracer.guiding.slots import Numbers, SlotPlan, Slots
+from tracer.guiding.slots import SlotPlan, Slots
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class LightChances:
     """What a guide has learned, as arrays: they travel to workers and into checkpoints."""
 
     grid: Grid
-    row: Numbers
+    row: Indices
     """(cells,): row of ``chances`` that each cell uses."""
     chances: Singles
     """(rows, slots): chance of each slot; each row sums to 1, and none is 0. Row 0 is Mitsuba's own choice."""

@@ -10,10 +10,10 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Floats, Indices
 from tracer.core.device import to_host, upload
-from tracer.guiding.slots import Numbers
 from tracer.guiding.table import LightTable
+from tracer.sampling.recordable import Recordable
 from tracer.sampling.samples import camera_rays
 from tracer.scene.view import View
 
@@ -25,7 +25,7 @@ VERTICES = 2
 class Paths:
     """Paths along which lights were tried."""
 
-    pixel: Numbers
+    pixel: Indices
     """(paths,): pixel (grid) of each."""
     radiance: Floats
     """(paths,): mean over the channels of its radiance."""
@@ -35,13 +35,13 @@ class Paths:
 class Trials:
     """Shadow rays of paths, each to a light that was chosen at random."""
 
-    path: Numbers
+    path: Indices
     """(N,): path of each; those of a path follow each other by less than the number of paths."""
     position: Floats
     """(N, 3): where the shadow ray begins."""
     normal: Floats
     """(N, 3): normal of the surface there."""
-    slot: Numbers
+    slot: Indices
     """(N,): slot that was chosen."""
     chance: Floats
     """(N,): with which chance it was chosen."""
@@ -49,7 +49,7 @@ class Trials:
     """(N,): what it would have given to the pixel if the choice had been certain, mean over the channels."""
 
 
-def trained_pixels(pixel_count: int, path_count: int) -> tuple[Numbers, Numbers]:
+def trained_pixels(pixel_count: int, path_count: int) -> tuple[Indices, Indices]:
     """Return (pixel, sample index) of about ``path_count`` paths, spread evenly over ``pixel_count`` pixels.
 
     Each pixel has an even number of paths, next to each other, or none. Two and two have the same ray of the camera:
@@ -67,7 +67,7 @@ def joined(first: Trials, path_count: int, second: Trials) -> Trials:
     return Trials(**{name: np.concatenate([getattr(first, name), values]) for name, values in vars(later).items()})
 
 
-class Trainer:
+class Trainer(Recordable):
     """Follows paths of one view, in a recording for all tables by which lights are chosen."""
 
     def __init__(self, view: View, sampler: Any) -> None:
@@ -87,8 +87,7 @@ class Trainer:
             dr.eval(brightness, lessons)
             return brightness, lessons
 
-        self.held, self.trace, self.record = held, trace, dr.freeze(trace)
-        self.recordable = True
+        super().__init__(held, trace)
 
     def train(self, table: LightTable, seed: int, path_count: int) -> tuple[Paths, Trials]:
         """Follow paths whose lights a table chooses, and return what these gave.
@@ -99,29 +98,10 @@ class Trainer:
         pixel, index = trained_pixels(view.pixel_count, path_count)
         inputs = dr.opaque(mi.UInt32, seed), upload(mi.UInt32, pixel), upload(mi.UInt32, index)
         view.integrator.table = table  # an input of the recording, as all that it refers to
-        found = None
-        if self.recordable:
-            try:
-                found = self.record(*inputs)
-            except RuntimeError:  # a plugin hides arrays from Dr.Jit; an error of another cause is raised again
-                self.recordable = False
-        brightness, lessons = found or self.trace(*inputs)
+        brightness, lessons = self.call(*inputs)
         trials = [trials_of(lesson) for lesson in lessons]
         values = doubles(dr.select(dr.isfinite(brightness), brightness, 0.0))
         return Paths(pixel, values), Trials(*(np.concatenate(arrays) for arrays in zip(*trials, strict=True)))
-
-    def rest(self) -> None:
-        """Release the view until ``reopen``."""
-        self.held.clear()
-
-    def reopen(self, view: View, sampler: Any) -> None:
-        """Follow paths of another view of the same scene and film, with a sampler of the same kind."""
-        self.held[:] = [view, sampler]
-
-    def close(self) -> None:
-        """Let go of what is recorded, which keeps the scene."""
-        self.record.clear()
-        self.held.clear()
 
 
 def trials_of(lesson: Any) -> list[NDArray]:

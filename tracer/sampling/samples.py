@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -11,9 +10,8 @@ import drjit as dr
 import mitsuba as mi
 
 from tracer.core.device import divide
+from tracer.sampling.recordable import Recordable
 from tracer.scene.view import View
-
-logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -123,7 +121,7 @@ HIDES_ARRAYS = ("ThinLensCamera",)
 """Classes of the cameras of Mitsuba 3.9 that hide arrays from Dr.Jit, so that their rays cannot be recorded."""
 
 
-class Recorded:
+class Recorded(Recordable):
     """``draw`` for one view, as a recorded function of (seed, pixel, index, differential_scale).
 
     It evaluates what it returns. Dr.Jit traces the function once or twice and then launches the kernels that it has
@@ -151,8 +149,7 @@ class Recorded:
             dr.eval(drawn)
             return drawn
 
-        self.held, self.trace, self.record = held, trace, dr.freeze(trace)
-        self.recordable = True
+        super().__init__(held, trace)
         self.records_camera = view.sensor.class_name() not in HIDES_ARRAYS
 
     def __call__(self, seed: Any, pixel: Any, index: Any, differential_scale: Any) -> Samples:
@@ -161,13 +158,7 @@ class Recorded:
             differential_scale if self.records_camera else self.camera_rays(seed, pixel, index, differential_scale)
         )
         dr.eval(seed, pixel, index, scale_or_camera_sample)
-        if self.recordable:
-            try:
-                return Samples(*self.record(seed, pixel, index, scale_or_camera_sample))
-            except RuntimeError as error:  # an error of another cause is raised again by tracing
-                self.recordable = False
-                logger.info("Every pass is traced anew, as the scene cannot be recorded: %s", error)
-        return Samples(*self.trace(seed, pixel, index, scale_or_camera_sample))
+        return Samples(*self.call(seed, pixel, index, scale_or_camera_sample))
 
     def camera_rays(self, seed: Any, pixel: Any, index: Any, differential_scale: Any) -> tuple[Any, ...]:
         """Return the first dimension that the camera does not draw, and what the function ``camera_rays`` returns."""
@@ -177,19 +168,6 @@ class Recorded:
         inputs = mi.UInt32(sampler.dimension), *camera_sample
         dr.make_opaque(inputs)  # a literal of another width would be recorded once more
         return inputs
-
-    def rest(self) -> None:
-        """Release the view until ``reopen``."""
-        self.held.clear()
-
-    def reopen(self, view: View, sampler: Any) -> None:
-        """Draw by another view of the same scene and film, with a sampler of the same kind."""
-        self.held[:] = [view, sampler]
-
-    def close(self) -> None:
-        """Release scene and kernels: a frozen function is part of a reference cycle, which would keep them."""
-        self.record.clear()
-        self.held.clear()
 
 
 def sample_radiance(view: View, sampler: Any, ray: Any) -> tuple[Any, Any, list[Any]]:

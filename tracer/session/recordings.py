@@ -24,6 +24,7 @@ import drjit as dr
 import mitsuba as mi
 
 from tracer.guiding.training import Trainer
+from tracer.sampling.recordable import Recordable
 from tracer.sampling.samples import Moments, Recorded, make_sampler
 from tracer.scene.view import View
 
@@ -64,8 +65,7 @@ class Recording:
     """How samples of a subject are drawn."""
 
     subject: Subject
-    recorded: Any
-    """A ``Recorded``, or a ``Trainer``."""
+    recorded: Recordable
 
 
 kept: list[Recording] = []
@@ -86,7 +86,7 @@ def recorded_training(view: View, keep: bool) -> AbstractContextManager[Trainer]
 
 
 @contextmanager
-def in_use_of(view: View, purpose: Any, make: Callable[[], Any], keep: bool) -> Iterator[Any]:
+def in_use_of(view: View, purpose: Any, make: Callable[[], Recordable], keep: bool) -> Iterator[Any]:
     """Yield what ``make`` returns, or what it has returned before for this view and purpose."""
     if keep:
         recording = take(view, purpose, make)
@@ -99,7 +99,7 @@ def in_use_of(view: View, purpose: Any, make: Callable[[], Any], keep: bool) -> 
             yield recorded
 
 
-def take(view: View, purpose: Any, make: Callable[[], Any]) -> Recording:
+def take(view: View, purpose: Any, make: Callable[[], Recordable]) -> Recording:
     """Return a recording for a view, one that was kept if there is one; whoever takes it gives it back."""
     global in_use
     let_go_of_unused()
