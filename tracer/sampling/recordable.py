@@ -8,6 +8,7 @@ from typing import Any
 
 import drjit as dr
 
+from tracer.core.garbage import no_collection
 from tracer.scene.view import View
 
 logger = logging.getLogger(__name__)
@@ -25,7 +26,8 @@ class Recordable:
         """Call the function with evaluated inputs."""
         if self.recordable:
             try:
-                return self.record(*inputs)
+                with no_collection():
+                    return self.record(*inputs)
             except RuntimeError as error:  # an error of another cause is raised again by tracing
                 self.recordable = False
                 logger.info("Every pass is traced anew, as the scene cannot be recorded: %s", error)
