@@ -18,6 +18,7 @@ from tracer.errors import SceneError, SettingsError
 ABOUT = {
     "bias": "How far the mean of adaptive pictures is off. 15 minutes.",
     "cluster": "Workers against one process, a model of more. 10 minutes.",
+    "guiding": "What the best choices of lights and directions would gain. 10 minutes.",
     "production": "Noise targets, limits of time, checkpoints. 30 minutes.",
     "radiosity": "Guided rays against even ones and paths. 30 minutes.",
     "time": "Seconds of every part, beside plain mi.render. 60 minutes.",
@@ -87,6 +88,12 @@ def viewpoint(
     perform("viewpoint", output, overwrite, quiet, public)
 
 
+def guiding(scenes: Scenes, output: Output, overwrite: options.Overwrite = False, quiet: options.Quiet = False) -> None:
+    """Find out where the noise of the bundled scenes and of those in a folder comes from."""
+    check_scenes(scenes)
+    perform("guiding", output, overwrite, quiet, scenes)
+
+
 def time(
     scenes: Scenes,
     output: Output,
@@ -96,12 +103,17 @@ def time(
     quiet: options.Quiet = False,
 ) -> None:
     """Time pictures of the bundled scenes and of those in a folder."""
-    if not any(scenes.glob("*/scene.xml")):
-        raise SceneError(f"There is no scene '{scenes}/NAME/scene.xml'; name the folder with the folders of scenes.")
+    check_scenes(scenes)
     perform("time", output, overwrite or resume, quiet, scenes, resume, variant=variant)
 
 
-WITH_FOLDER: dict[str, Callable[..., None]] = {"time": time, "viewpoint": viewpoint}
+def check_scenes(folder: Path) -> None:
+    """Raise SceneError if a folder has no folder of a scene."""
+    if not any(folder.glob("*/scene.xml")):
+        raise SceneError(f"There is no scene '{folder}/NAME/scene.xml'; name the folder with the folders of scenes.")
+
+
+WITH_FOLDER: dict[str, Callable[..., None]] = {"guiding": guiding, "time": time, "viewpoint": viewpoint}
 """Commands that are given a folder to read."""
 
 for name, about in ABOUT.items():
