@@ -18,7 +18,7 @@ from tracer.errors import SceneError, SettingsError
 ABOUT = {
     "bias": "How far the mean of adaptive pictures is off. 15 minutes.",
     "cluster": "Workers against one process, a model of more. 10 minutes.",
-    "guiding": "What the best choices of lights and directions would gain. 10 minutes.",
+    "guiding": "What the best choice of lights would gain. 10 minutes.",
     "production": "Noise targets, limits of time, checkpoints. 30 minutes.",
     "radiosity": "Guided rays against even ones and paths. 30 minutes.",
     "time": "Seconds of every part, beside plain mi.render. 60 minutes.",
@@ -104,6 +104,8 @@ def time(
 ) -> None:
     """Time pictures of the bundled scenes and of those in a folder."""
     check_scenes(scenes)
+    if resume and not (output / "results.json").exists():
+        raise SettingsError(f"There is no '{output / 'results.json'}' to go on with.")
     perform("time", output, overwrite or resume, quiet, scenes, resume, variant=variant)
 
 

@@ -38,7 +38,7 @@ constant, because the expected picture does not depend on it.
    - Side, in pixels, of the squares over which the complexity of IDs is measured. (Default: 1)
  * - guide
    - |bool|
-   - Whether to learn which lights matter where, if the nested integrator is ``path``. (Default: only for ``guided``)
+   - Whether to learn which lights matter where, if the nested integrator is ``path``. (Default: where that may pay)
  * - unbiased
    - |bool|
    - Whether samples that decide on the allocation are left out of the picture; they still count towards ``spp``.
@@ -63,7 +63,7 @@ from typing import Any
 
 import mitsuba as mi
 
-from tracer.core.device import upload_tensor
+from tracer.core.device import seed_number, upload_tensor
 from tracer.errors import SettingsError
 from tracer.result import Result
 from tracer.scene.view import open_scene, require_nestable
@@ -130,8 +130,7 @@ class AdaptiveIntegrator(mi.SamplingIntegrator):
 
     def own_seed(self, seed: mi.UInt32 | int) -> int:
         """Return ``seed``, or the seed of the parameters if ``seed`` is 0, which stands for none."""
-        seed = int(seed[0]) if isinstance(seed, mi.UInt32) else int(seed)
-        return seed or self.settings.get("seed", 0)
+        return seed_number(seed) or self.settings.get("seed", 0)
 
     def sample(self, scene: mi.Scene, sampler: mi.Sampler, ray: Any, medium: Any = None, active: Any = True) -> Any:
         return self.nested.sample(scene, sampler, ray, medium, active)

@@ -74,9 +74,7 @@ def report(folder: Path, progress: StepCallback, public: Path, resume: bool = Fa
 
 
 def measured_before(path: Path, machine: str) -> dict[str, Any]:
-    """Return the numbers that a benchmark on this machine has left. Raises SettingsError if there are none."""
-    if not path.exists():
-        raise SettingsError(f"There is no '{path}' to go on with.")
+    """Return the numbers that a benchmark on this machine has left. Raises SettingsError if they are another's."""
     try:
         numbers: dict[str, Any] = json.loads(path.read_text())
         measured_on = numbers["machine"]

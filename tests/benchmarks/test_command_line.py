@@ -73,6 +73,7 @@ def test_there_must_be_something_to_go_on_with(program, tmp_path):
     code, _, error = program("time", tmp_path, "-o", tmp_path / "out", "--resume")
     assert code == 2
     assert error == f"tracer: There is no '{tmp_path / 'out' / 'results.json'}' to go on with.\n"
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_folder_without_meshes_is_one_sentence(program, tmp_path):

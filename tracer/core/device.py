@@ -112,6 +112,11 @@ def gather_rows(rows: Floats, index: Any) -> Any:
     return mi.Vector3f(*(dr.gather(mi.Float, table, 3 * index + k) for k in range(3)))
 
 
+def seed_number(seed: Any) -> int:
+    """Return a seed as ``mi.render`` hands it to integrators, an int or an mi.UInt32, as an int."""
+    return int(seed[0]) if isinstance(seed, mi.UInt32) else int(seed)
+
+
 def number_of_shape(shape: Any) -> int:
     """Return the number, from 1, that stands for a shape of Mitsuba in kernels."""
     return int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))[0])

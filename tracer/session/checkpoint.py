@@ -58,8 +58,8 @@ def write(checkpoint: Checkpoint) -> None:
     atomic.write_arrays(checkpoint.path, {HEADER: text, **checkpoint.arrays}, durable=True)
 
 
-def read(path: Path) -> Checkpoint:
-    """Return what a file holds. Raises CheckpointError if there is none or it is not whole."""
+def read(path: Path, advice: str = "remove it to begin anew") -> Checkpoint:
+    """Return what a file holds. Raises CheckpointError, with ``advice``, if there is none or it is not whole."""
     if not path.is_file():
         raise CheckpointError(f"There is no checkpoint '{path}'.")
     try:
@@ -79,7 +79,7 @@ def read(path: Path) -> Checkpoint:
     except PermissionError as error:
         raise CheckpointError(f"Cannot read '{path}': {error.strerror}.") from None
     except Exception:  # whatever bytes can do to the readers of ZIP, NumPy and JSON
-        raise CheckpointError(f"'{path}' is no checkpoint, or a damaged one; remove it to begin anew.") from None
+        raise CheckpointError(f"'{path}' is no checkpoint, or a damaged one; {advice}.") from None
 
 
 def require_kinds(header: dict[str, Any], arrays: Arrays) -> dict[str, Any]:

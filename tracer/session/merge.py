@@ -41,7 +41,7 @@ def merge(paths: Sequence[Path], output: Path | None = None, denoise: bool = Fal
         load_denoiser()  # before the work, not after
     if not paths:
         raise CheckpointError("There is nothing to merge; name one checkpoint or more.")
-    first = checkpoint.read(paths[0])
+    first = checkpoint.read(paths[0], "leave it out")
     variant = backend.activate(first.identity["variant"])
     if other := differences({"variant": variant}, {"variant": first.identity["variant"]}):
         raise CheckpointError(f"'{paths[0]}' cannot be merged here: {other[0]}.")
@@ -50,7 +50,7 @@ def merge(paths: Sequence[Path], output: Path | None = None, denoise: bool = Fal
     features.add(first)
     sources, done = list(first.sources), int(first.plain["done"])
     for path in paths[1:]:
-        stored = checkpoint.read(path)
+        stored = checkpoint.read(path, "leave it out")
         if differing := differences(first.identity, stored.identity, but=("seed",)):
             raise CheckpointError(f"'{path}' is not of the picture of '{paths[0]}': {'; '.join(differing)}.")
         if repeated := [source for source in stored.sources if source in sources]:
