@@ -36,6 +36,7 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 
+from tracer.core.device import seed_number
 from tracer.errors import SettingsError
 from tracer.guiding.table import LightChances, LightTable
 from tracer.scene.view import open_scene
@@ -96,9 +97,12 @@ class GuidedIntegrator(mi.SamplingIntegrator):
         """Learn, and then render as Mitsuba does, with the sensor's own sampler and film."""
         chosen_sensor = sensor if isinstance(sensor, mi.Sensor) else scene.sensors()[sensor]
         with dr.suspend_grad(), open_scene(scene, chosen_sensor, self) as view:
-            number = int(seed[0]) if isinstance(seed, mi.UInt32) else int(seed)
-            lesson = learn_lights(view, spp or chosen_sensor.sampler().sample_count(), number, keep=True)
-            choose_by(view, None if lesson is None else lesson.learned)
+            spp_of_picture = spp or chosen_sensor.sampler().sample_count()
+            lesson = learn_lights(view, spp_of_picture, seed_number(seed), keep=True)
+            if lesson is None:
+                choose_by(view, None)
+            else:
+                choose_by(view, lesson.learned, lesson.plan)
         try:
             return super().render(scene, chosen_sensor, seed, spp, develop, evaluate)
         finally:

@@ -34,8 +34,12 @@ SIZE, BUDGETS, SEEDS, FIRST_SEED = 64, (16, 64), 16, 500
 """Width of the pictures in pixels, samples per pixel of the budgets, number of seeds, and the first seed."""
 REFERENCE_SPP, REFERENCE_SEED = 8192, 1000003
 """Samples per pixel of a reference, and its seed, which no other picture has."""
-METHODS: dict[str, dict[str, Any]] = {"uniform": {"criterion": "uniform"}, "given back": {}, "not given back": {}}
-"""Settings of each method, by its name."""
+METHODS: dict[str, dict[str, Any]] = {
+    "uniform": {"criterion": "uniform"},
+    "given back": {"guide": False},
+    "not given back": {"guide": False},
+}
+"""Settings of each method, by its name. Lights are chosen as Mitsuba does, as they are in uniform pictures."""
 HEADINGS = (
     "scene",
     "spp",

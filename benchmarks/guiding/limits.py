@@ -7,7 +7,8 @@ from scipy.optimize import isotonic_regression
 
 from benchmarks.guiding.paths import Choices, plan_of_directions
 from tracer.core.arrays import Floats
-from tracer.guiding.learn import brightness, learn, path_noise, path_weights
+from tracer.guiding.evidence import Evidence, brightness, path_noise, path_weights
+from tracer.guiding.learn import learn
 from tracer.guiding.slots import SlotPlan
 from tracer.guiding.training import Trials
 
@@ -26,7 +27,8 @@ def limits(choices: Choices, grid: tuple[int, int], plan: SlotPlan) -> dict[str,
     noise = path_noise(paths, weight)
 
     def gain(trials: Trials, own_plan: SlotPlan) -> float:
-        lesson = learn(trials, np.square(trials.given) * weight[trials.path], paths.pixel.size, noise, own_plan)
+        squares = np.square(trials.given) * weight[trials.path]
+        lesson = learn(Evidence(trials, squares, noise, paths.pixel.size, paths.block), own_plan)
         return lesson.gain if lesson is not None else 1.0
 
     found = {"lights": gain(of_whole_lights(choices.lights, plan), whole(plan)), "parts": gain(choices.lights, plan)}
@@ -52,18 +54,18 @@ def of_whole_lights(trials: Trials, plan: SlotPlan) -> Trials:
     return Trials(trials.path, trials.position, trials.normal, light[trials.slot], chance, given)
 
 
-def roulette_limit(steps: Floats, weight: Floats, costs: Floats) -> float:
+def roulette_limit(steps: Floats, weight: Floats, block: int, costs: Floats) -> float:
     """Return the factor by which variance times cost falls if paths end at the best chance of each depth.
 
-    ``steps`` (parts, paths): what each part of a path gives; ``weight`` (paths,): how much its square counts; two paths
-    that follow each other have the same ray of the camera. ``costs`` (parts,): of each part. If q is the chance to get
+    ``steps`` (parts, paths): what each part of a path gives; ``weight`` (paths,): how much its square counts;
+    ``block``: see ``Paths``; ``costs`` (parts,): of each part. If q is the chance to get
     as far as each part, the variance of a path is sum(M / q) - mean^2, where M is the part's own square and twice its
     products with the parts behind it. Every q is at most the one before.
     """
     behind = np.cumsum(steps[::-1], axis=0)[::-1] - steps
     moments = np.maximum((weight * (np.square(steps) + 2 * steps * behind)).mean(axis=1), 0)
-    total = steps.sum(axis=0)
-    mean_square = float((weight[::2] * total[::2] * total[1::2]).mean())
+    pixel_mean = steps.sum(axis=0).reshape(-1, 2, block).mean(axis=2)
+    mean_square = float((weight[:: 2 * block] * pixel_mean.prod(axis=1)).mean())
 
     def product(chance: Floats) -> tuple[float, float]:
         return float((moments / chance).sum()) - mean_square, float((costs * chance).sum())

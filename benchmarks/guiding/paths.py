@@ -15,18 +15,19 @@ from tracer.core.arrays import Floats, Indices
 from tracer.core.device import to_host, upload
 from tracer.guiding.slots import SlotPlan, plan_slots
 from tracer.guiding.table import LightChances, LightTable
-from tracer.guiding.training import VERTICES, Paths, Trainer, Trials, trained_pixels
-from tracer.sampling.samples import camera_rays, make_sampler
+from tracer.guiding.training import VERTICES, Paths, Trainer, Trials, keys_of, seeded_rays, trained_pixels
+from tracer.sampling.samples import make_sampler
 from tracer.scene.view import View
 
 DEPTHS = (1, 2, 3, 4, 5, 6, 8, 12)
 """Lengths at which paths are cut, so that differences tell what each part of a path gives; beyond the last, the rest
 is one part."""
+BLOCK = 2
+"""Paths of a pixel with the same sequence; there are two sequences."""
 BINS = 4
 """Steps along each side of the unit square from which directions are made."""
-PER_VERTEX = 6
-"""Numbers of the sampler that the integrator takes at each vertex: two for a light, one and two for a direction, one
-for the roulette."""
+PER_VERTEX = 4
+"""Dimensions that the integrator draws at each vertex: for a light, a lobe, a direction, and the roulette."""
 
 
 @dataclass(frozen=True)
@@ -58,9 +59,9 @@ def follow(view: View, plan: SlotPlan, seed: int, path_count: int) -> Choices:
     paths, lights = trained(view, plan, seed, path_count)
     steps = np.diff(np.stack([0 * paths.radiance, *cut, paths.radiance]), axis=0)
     vertex = np.cumsum(np.diff(lights.path.astype(np.int64), prepend=-1) < 0)
-    pixel, index = trained_pixels(view.pixel_count, path_count)
-    bins = direction_bins(view, seed, pixel, index)
-    vertices = vertex_counts(view, seed, pixel, index)
+    chosen = [upload(mi.UInt32, values) for values in trained_pixels(view.pixel_count, path_count, BLOCK)]
+    bins = direction_bins(view, seed, chosen)
+    vertices = vertex_counts(view, seed, chosen)
     bounds = [*ends, max(int(vertices.max(initial=0)), *ends) + 1]
     alive = np.array([(vertices >= number).mean() for number in range(1, bounds[-1] + 1)])
     costs = np.array([part.sum() for part in np.split(alive, ends)])
@@ -91,18 +92,19 @@ def trained(view: View, plan: SlotPlan, seed: int, path_count: int) -> tuple[Pat
     """Return paths of a view along which all lights have the same chance, and their trials."""
     trainer = Trainer(view, make_sampler())
     try:
-        return trainer.train(LightTable.of(view.scene, plan, LightChances.stock(plan)), seed, path_count)
+        return trainer.train(LightTable.of(view.scene, plan, LightChances.stock(plan)), seed, 0, path_count, BLOCK)
     finally:
         trainer.close()
         view.integrator.table = None
 
 
-def direction_bins(view: View, seed: int, pixel: Indices, index: Indices) -> list[Indices]:
-    """Return, for each of the first vertices, the bin (paths,) of the number that makes the direction of each path."""
+def direction_bins(view: View, seed: int, chosen: list[Any]) -> list[Indices]:
+    """Return, for each of the first vertices, the bin (paths,) of the number that makes the direction of each path.
+
+    ``chosen``: pixel, sequence and index (mi.UInt32), as of ``trained_pixels``.
+    """
     sampler = make_sampler()
-    pixels, indices = upload(mi.UInt32, pixel), upload(mi.UInt32, index)
-    sampler.seed_samples(mi.UInt32(seed), pixels, indices)
-    camera_rays(view, sampler, pixels, dr.opaque(mi.Float, 1.0))
+    seeded_rays(view, sampler, keys_of(seed, 0), *chosen)
     bins = []
     for _ in range(VERTICES):
         sampler.next_2d()
@@ -112,12 +114,10 @@ def direction_bins(view: View, seed: int, pixel: Indices, index: Indices) -> lis
     return bins
 
 
-def vertex_counts(view: View, seed: int, pixel: Indices, index: Indices) -> Indices:
+def vertex_counts(view: View, seed: int, chosen: list[Any]) -> Indices:
     """Return the number of vertices (paths,) of each path."""
     sampler = make_sampler()
-    pixels, indices = upload(mi.UInt32, pixel), upload(mi.UInt32, index)
-    sampler.seed_samples(mi.UInt32(seed), pixels, indices)
-    ray, _, _ = camera_rays(view, sampler, pixels, dr.opaque(mi.Float, 1.0))
+    ray, _ = seeded_rays(view, sampler, keys_of(seed, 0), *chosen)
     of_camera = mi.UInt32(sampler.dimension)
     view.integrator.sample(view.scene, sampler, ray)
     return to_host((sampler.dimension - of_camera) // PER_VERTEX, (-1,))

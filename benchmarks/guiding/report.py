@@ -19,7 +19,7 @@ import numpy as np
 from benchmarks import harness
 from benchmarks.guiding.limits import limits, roulette_limit
 from benchmarks.guiding.paths import follow
-from tracer.guiding.learn import brightness, path_weights
+from tracer.guiding.evidence import brightness, path_weights
 from tracer.guiding.slots import slots_of
 from tracer.progress import StepCallback
 from tracer.scene.load import load
@@ -96,7 +96,7 @@ def measure(name: str, scene: Any) -> Row | None:
             paths = choices.paths
             weight = path_weights("relative", 0.0, brightness(paths.pixel, paths.radiance, view.grid))
             found = limits(choices, view.grid, plan)
-            found["roulette"] = roulette_limit(choices.steps, weight, choices.costs)
+            found["roulette"] = roulette_limit(choices.steps, weight, paths.block, choices.costs)
             for column in COLUMNS:
                 factors[column].append(found[column])
     return Row(name, len(plan.stock), factors)
@@ -107,7 +107,7 @@ def to_page(numbers: list[dict[str, Any]]) -> str:
     introduction = (
         f"{harness.written_by('guiding PUBLIC')}: {SIZE} pixels wide, {PATHS} paths, mean of seeds "
         f"{' and '.join(map(str, SEEDS))}. By which factor the variance of single paths would fall (weighted as relMSE "
-        "weights it, without that within a pixel's edges) with the best chances that one half of the paths teaches in "
+        "weights it) with the best chances that one half of the paths teaches in "
         "cells of space, as the other half judges them; where a cell is not sure to gain, Mitsuba's own choice stays. "
         "Roulette: variance times number of vertices, if paths ended at the best chance of each depth."
     )

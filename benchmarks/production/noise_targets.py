@@ -86,7 +86,7 @@ def stop(
 ) -> Stop:
     """Return the result of a render to a target."""
     announce(f"{scene}: to {target}, {criterion}, seed {seed}")
-    settings = make_settings(spp=MOST_SPP, noise=target, criterion=criterion, seed=seed)
+    settings = make_settings(spp=MOST_SPP, noise=target, criterion=criterion, guide=False, seed=seed)
     result = render_request(Request(view, settings))
     errors = true_errors(view, settings, result.image, reference)
     return Stop(

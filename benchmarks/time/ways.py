@@ -62,7 +62,7 @@ def own_way(view: View, criterion: str) -> Way:
     """Return our way with a criterion."""
 
     def render(spp: int, seed: int) -> Parts:
-        request = Request(view, make_settings(spp=spp, seed=seed, criterion=criterion))
+        request = Request(view, make_settings(spp=spp, seed=seed, criterion=criterion, guide=False))
         with begun(request, view) as rendering:
             complete(rendering, request)
             return rendering.recorder.taken

@@ -64,7 +64,11 @@ def test_any_table_has_the_same_mean(kinds, monkeypatch):
 
 def teach(monkeypatch, guided, learned):
     """Let an integrator have learned these chances, whatever the scene."""
-    monkeypatch.setattr(sys.modules[type(guided).__module__], "learn_lights", lambda *_, **__: Lesson(learned, 2.0, 1))
+
+    def lesson(view, *_, **__):
+        return Lesson(learned, 2.0, 1, slots_of(view.scene))
+
+    monkeypatch.setattr(sys.modules[type(guided).__module__], "learn_lights", lesson)
 
 
 def drawn_with(guided, scene, seed):

@@ -6,7 +6,9 @@ import pytest
 
 import tracer
 from guiding.lights import scene_with_lights
+from tracer.scene.view import open_scene
 from tracer.session import guidance
+from tracer.settings import make_settings
 
 LAMPS = ("sphere", *["far lamp"] * 19)
 """One lamp that matters, and nineteen behind the floor."""
@@ -75,9 +77,37 @@ def test_where_nothing_is_gained_it_draws_as_path():
 def test_a_small_picture_of_few_lights_is_not_worth_a_look():
     scene = scene_with_lights("point", "sphere")
     assert render(scene, guide=True, spp=64).report.seconds_guiding < 0.01
-    assert guidance.pays(1.25, 1 << 20, 0)
-    assert not guidance.pays(1.25, 1 << 18, 0)
-    assert not guidance.pays(1.0, 1 << 30, 0)
+
+
+@pytest.mark.parametrize(
+    ("kinds", "size", "settings", "learns"),
+    [
+        (("point", "sphere"), 64, {}, False),  # to look would be felt
+        (("point", "sphere"), 1280, {}, True),
+        (("point", "sphere"), 1280, {"spp": 16}, False),
+        (LAMPS, 160, {}, True),  # there is much to be gained
+        (LAMPS, 64, {}, False),
+        ((), 1280, {}, False),
+        (("point", "sphere"), 1280, {"guide": False}, False),
+        (LAMPS, 160, {"guide": False}, False),
+        (LAMPS, 160, {"criterion": "uniform"}, False),
+    ],
+    ids=str,
+)
+def test_unasked_it_learns_where_that_may_pay(kinds, size, settings, learns):
+    with open_scene(scene_with_lights(*kinds), 0, None, size) as view:
+        assert guidance.learns_unasked(view, make_settings(**{"spp": 64, **settings})) == learns
+
+
+def test_the_default_is_guided_where_there_are_many_lights():
+    lamps = scene_with_lights("sphere", *["far lamp"] * 79, integrator={"type": "path", "hide_emitters": True})
+    asked = {"criterion": "fused", "size": 160}
+    default = render(lamps, **asked)
+    assert any(note.startswith("Guided: ") for note in default.report.notes)
+    assert np.array_equal(default.image, render(lamps, **asked, guide=True).image)
+    plain = render(lamps, **asked, guide=False)
+    assert not any(note.startswith("Guided: ") for note in plain.report.notes)
+    assert not np.array_equal(default.image, plain.image)
 
 
 def test_a_medium_is_drawn_as_it_is():
@@ -96,10 +126,11 @@ def test_the_integrator_asks_for_it(lamps):
     assert np.allclose(refused.image, render(lamps).image, rtol=1e-4, atol=1e-5)
 
 
-def test_within_adaptive_it_learns(lamps):
+def test_within_adaptive_it_learns():
+    lamps = scene_with_lights(*LAMPS, size=(48, 36), integrator={"type": "path", "max_depth": 3, "hide_emitters": True})
     nested = {"type": "guided", "max_depth": 3, "hide_emitters": True}
     adaptive = mi.load_dict({"type": "adaptive", "criterion": "uniform", "nested": nested})
-    picture = np.array(mi.render(lamps, integrator=adaptive, spp=1024))
+    picture = np.array(mi.render(lamps, integrator=adaptive, spp=256))
     assert any(note.startswith("Guided: ") for note in adaptive.result.report.notes)
     assert picture.mean() == pytest.approx(render(lamps, spp=1024).image.mean(), rel=0.05)
 

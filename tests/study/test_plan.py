@@ -169,6 +169,7 @@ def test_budgets_in_seconds_keep_to_the_bounds_of_a_method():
 
 def test_a_method_of_a_study_is_what_a_render_with_the_same_words_is():
     plain = MethodPlan(name="x", criterion="fused").settings()
+    assert plain.pop("guide") is False  # criteria are compared with each other, and with uniform samples
     for name, value in plain.items():
         assert value == Settings.model_fields[name].get_default(call_default_factory=True), name
     for name in names():

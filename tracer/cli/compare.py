@@ -60,7 +60,7 @@ def compare(
             "reference_spp": max(REFERENCE_FACTOR * max(spps), 16) if reference_spp is None else reference_spp,
             "scenes": [{"path": str(scene), **scene_settings} for scene in scenes],
             "methods": [
-                *({"name": name, "criterion": name, "objective": objective} for name in criteria),
+                *({"name": name, "criterion": name, "objective": objective, "guide": None} for name in criteria),
                 *({"name": f"mi.render {name}", "sampler": name, "objective": objective} for name in STOCK),
             ],
         },

@@ -9,13 +9,12 @@ from numpy.typing import NDArray
 
 from tracer.core.arrays import Floats
 from tracer.guiding.cells import Grid
+from tracer.guiding.evidence import Evidence
 from tracer.guiding.fit import Tally, chances, slot_moments
 from tracer.guiding.geometry import geometric_moments
 from tracer.guiding.judge import Verdict, judge, sure_rows
 from tracer.guiding.slots import SlotPlan
 from tracer.guiding.table import LightChances
-from tracer.guiding.training import Paths, Trials
-from tracer.image import objective
 
 BOX_COUNT = 4096
 """Boxes of the finest grid."""
@@ -27,8 +26,6 @@ GROUP_BELIEF = 1.0
 """Weight of the verdict on a coarse cell, in verdicts on a fine cell in it of average weight."""
 CAP = 0.999
 """Part of the squared errors of paths that count in full when a gain is foretold; larger ones count as this one."""
-BLOCK = 8
-"""Side in pixels of the squares over which the brightness of the picture is averaged."""
 
 
 @dataclass(frozen=True)
@@ -40,14 +37,13 @@ class Lesson:
     """By which factor the weighted variance of the picture is expected to fall."""
     path_count: int
     """Number of paths that have taught it."""
+    plan: SlotPlan
+    """Of what the chances are."""
 
 
-def learn(trials: Trials, squares: Floats, path_count: int, noise: Floats, plan: SlotPlan) -> Lesson | None:
-    """Learn chances from trials; None if no light gave anything.
-
-    ``squares`` (N,): square of what each trial gave, times how much its pixel counts; ``path_count``: number of paths
-    that these trials are of; ``noise``: variances of single paths where Mitsuba chooses, times how much they count.
-    """
+def learn(seen: Evidence, plan: SlotPlan) -> Lesson | None:
+    """Learn chances from what was seen; None if no light gave anything."""
+    trials, squares = seen.trials, seen.squares
     if not squares.any():
         return None
     grid = Grid.around(trials.position, BOX_COUNT)
@@ -56,23 +52,24 @@ def learn(trials: Trials, squares: Floats, path_count: int, noise: Floats, plan:
     shape = len(found), len(plan.stock)
     middles, ways = (means(values, cell, len(found)) for values in (trials.position, trials.normal))
     geometry = geometric_moments(middles, ways, grid.edge, plan)
-    half = trials.path % 2
-    cap = float(np.quantile(noise, CAP))
+    half = trials.path // seen.block % 2
+    cap = float(np.quantile(seen.noise, CAP))
     size = squares / np.square(plan.stock[trials.slot])
-    seen = squares / trials.chance * np.minimum(1, cap / np.maximum(size, 1e-300))
+    outcome = squares / trials.chance * np.minimum(1, cap / np.maximum(size, 1e-300))
     verdict = Verdict(np.zeros(len(found)), np.zeros(len(found)))
     for number in (0, 1):
         mine, other = half == number, half != number
         tally = Tally.of(cell[mine], trials.slot[mine], squares[mine], shape)
         own = chances(slot_moments(tally, geometry, [coarse], plan)[-1], plan)
-        verdict += judge(own, plan.stock, cell[other], trials.slot[other], seen[other])
+        verdict += judge(own, plan.stock, cell[other], trials.slot[other], outcome[other])
     sure = sure_rows(verdict, coarse, LEAST_GAIN, GROUP_BELIEF)
     saved = float((verdict.stock - verdict.guided)[sure].sum())
-    variance = path_count * float(np.minimum(noise, cap).mean())
+    variance = seen.path_count * float(np.minimum(seen.noise, cap).mean())
     gain = variance / max(variance - saved, 0.1 * variance) if variance > 0 else 1.0
     tally = Tally.of(cell, trials.slot, squares, shape)
     everywhere, around, here = (chances(moments, plan) for moments in slot_moments(tally, geometry, [coarse], plan))
-    return Lesson(rows_for_cells(grid, found, coarse, sure, [everywhere, around, here], plan), gain, path_count)
+    rows = rows_for_cells(grid, found, coarse, sure, [everywhere, around, here], plan)
+    return Lesson(rows, gain, seen.path_count, plan)
 
 
 def means(values: Floats, cell: NDArray, cell_count: int) -> Floats:
@@ -95,22 +92,3 @@ def rows_for_cells(
     row = row_of_parent[parents]
     row[found] = np.where(sure, first_here + np.arange(len(found)), 0)
     return LightChances(grid, row, np.concatenate([plan.stock[None], everywhere, around, here]).astype(np.float32))
-
-
-def brightness(pixel: NDArray, radiance: Floats, grid_shape: tuple[int, int]) -> Floats:
-    """Return, for each path (paths,), the mean radiance of the paths in its square of pixels, others' and its own."""
-    row, column = np.divmod(pixel.astype(np.int64), grid_shape[1])
-    square = row // BLOCK * (-(-grid_shape[1] // BLOCK)) + column // BLOCK
-    count = np.bincount(square)
-    cut = np.minimum(radiance, 30 * max(float(radiance.mean()), 1e-30))  # a firefly does not make its square bright
-    return (np.bincount(square, cut) / np.maximum(count, 1))[square]
-
-
-def path_noise(paths: Paths, weight: Floats) -> Floats:
-    """Return variances of single paths (pairs,), from pairs that follow each other, times their ``weight`` (paths,)."""
-    return 0.5 * weight[::2] * np.square(paths.radiance[::2] - paths.radiance[1::2])
-
-
-def path_weights(objective_name: str, exposure: float, level: Floats) -> Floats:
-    """Return how much the squared error of each path (paths,) counts, from the brightness around it."""
-    return objective.without_scale(objective.weights(objective_name, level, exposure))

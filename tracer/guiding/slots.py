@@ -121,13 +121,14 @@ def slots_of(scene: Any) -> SlotPlan:
     lights = scene.emitters()
     sides, low, high = np.ones(len(lights), np.int64), np.zeros((len(lights), 3)), np.zeros((len(lights), 3))
     for k, light in enumerate(lights):
-        shape = light.get_shape()
         if light.is_environment():
-            sides[k] = SKY_SIDE
-        elif shape is not None and shape.class_name() != "Sphere":  # whose parts are elsewhere from every point
+            sides[k], low[k], high[k] = SKY_SIDE, -np.inf, np.inf
+            continue
+        shape = light.get_shape()
+        if shape is not None and shape.class_name() != "Sphere":  # whose parts are elsewhere from every point
             sides[k] = LIGHT_SIDE
         box = light.bbox()
-        has_place = box.valid() and np.all(np.isfinite([*box.min, *box.max])) and not light.is_environment()
+        has_place = box.valid() and np.all(np.isfinite([*box.min, *box.max]))
         low[k], high[k] = ([*box.min], [*box.max]) if has_place else (-np.inf, np.inf)
     plan = plan_slots(sides, low, high)
     for place in np.flatnonzero(plan.parts > 1):
@@ -182,7 +183,8 @@ class Slots:
     @classmethod
     def of(cls, scene: Any, plan: SlotPlan) -> Slots:
         """Put the slots of an ``mi.Scene`` on the device."""
-        pointers = mi.EmitterPtr([scene.emitters()[k] for k in plan.order])
+        lights = scene.emitters()
+        pointers = mi.EmitterPtr([lights[k] for k in plan.order])
         numbers = dr.reinterpret_array(mi.UInt32, pointers).numpy()
         place = np.zeros(int(numbers.max()) + 1, np.uint32)
         place[numbers] = np.arange(len(numbers))

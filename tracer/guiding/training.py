@@ -17,6 +17,8 @@ from tracer.sampling.recordable import Recordable
 from tracer.sampling.samples import camera_rays
 from tracer.scene.view import View
 
+CAMERA_KEYS, PATH_KEYS = (0x1_000C, 0x2_000C), (0x3_000C, 0x4_000C)
+"""Keep both blocks of a pixel apart, and from the samples that make the picture."""
 VERTICES = 2
 """Number of vertices of a path, from the camera on, whose shadow rays teach."""
 
@@ -29,6 +31,9 @@ class Paths:
     """(paths,): pixel (grid) of each."""
     radiance: Floats
     """(paths,): mean over the channels of its radiance."""
+    block: int
+    """Paths of a pixel that follow each other in the sampler's sequence. A pixel has two such blocks with sequences of
+    their own: the difference tells how wrong a picture with so many samples is."""
 
 
 @dataclass(frozen=True)
@@ -49,16 +54,21 @@ class Trials:
     """(N,): what it would have given to the pixel if the choice had been certain, mean over the channels."""
 
 
-def trained_pixels(pixel_count: int, path_count: int) -> tuple[Indices, Indices]:
-    """Return (pixel, sample index) of about ``path_count`` paths, spread evenly over ``pixel_count`` pixels.
+def trained_pixels(pixel_count: int, path_count: int, block: int) -> tuple[Indices, Indices, Indices]:
+    """Return (pixel, sequence, sample index) of about ``path_count`` paths, spread evenly over ``pixel_count`` pixels.
 
-    Each pixel has an even number of paths, next to each other, or none. Two and two have the same ray of the camera:
-    their difference is noise of the light alone, and not what an edge makes of it.
+    For each pixel there are ``block`` paths of the sequence 0, and then as many of the sequence 1. Where pixels are few
+    they come again, with the next samples. With n times as many paths every n-th pixel is one of those before.
     """
-    spp = 2 * max(path_count // (2 * pixel_count), 1)
-    trained = min(max(path_count // spp, 1), pixel_count)
+    trained = max(path_count // (2 * block), 1)
     pixel = (np.arange(trained, dtype=np.uint64) * np.uint64(pixel_count) // np.uint64(trained)).astype(np.uint32)
-    return np.repeat(pixel, spp), np.tile(np.arange(spp, dtype=np.uint32), trained)
+    again = np.arange(trained) - np.searchsorted(pixel, pixel)
+    index = (again[:, None, None] * block + np.arange(block)).astype(np.uint32)
+    shape = trained, 2, block
+    sequence = np.arange(2, dtype=np.uint32)[:, None]
+    parts = pixel[:, None, None], sequence, index
+    pixels, sequences, indices = (np.broadcast_to(part, shape).ravel() for part in parts)
+    return pixels, sequences, indices
 
 
 def joined(first: Trials, path_count: int, second: Trials) -> Trials:
@@ -74,14 +84,10 @@ class Trainer(Recordable):
         """``view``: with the integrator ``guided``."""
         held = [view, sampler]
 
-        def trace(key: Any, pixel: Any, index: Any) -> tuple[Any, Any]:
+        def trace(keys: Any, pixel: Any, sequence: Any, index: Any) -> tuple[Any, Any]:
             view, sampler = held
             sampler = sampler.fork()
-            sampler.seed_samples(key, pixel, index >> 1)
-            ray, weight, _ = camera_rays(view, sampler, pixel, dr.opaque(mi.Float, 1.0))
-            of_camera = mi.UInt32(sampler.dimension)
-            sampler.seed_samples(key, pixel, index)
-            sampler.dimension = of_camera
+            ray, weight = seeded_rays(view, sampler, keys, pixel, sequence, index)
             radiance, valid, lessons = view.integrator.follow(view.scene, sampler, ray, mi.Bool(True), VERTICES)
             brightness = dr.mean(mi.unpolarized_spectrum(dr.select(valid, weight * radiance, 0.0)))
             dr.eval(brightness, lessons)
@@ -89,19 +95,41 @@ class Trainer(Recordable):
 
         super().__init__(held, trace)
 
-    def train(self, table: LightTable, seed: int, path_count: int) -> tuple[Paths, Trials]:
+    def train(self, table: LightTable, seed: int, training: int, path_count: int, block: int) -> tuple[Paths, Trials]:
         """Follow paths whose lights a table chooses, and return what these gave.
 
-        The paths are the same for the same seed.
+        The paths are the same for the same seed and number of ``training``, from 0. Their rays of the camera are the
+        same for the same seed: what the camera's rays hit makes no difference between trainings.
         """
         view = self.held[0]
-        pixel, index = trained_pixels(view.pixel_count, path_count)
-        inputs = dr.opaque(mi.UInt32, seed), upload(mi.UInt32, pixel), upload(mi.UInt32, index)
+        chosen = trained_pixels(view.pixel_count, path_count, block)
+        inputs = keys_of(seed, training), *(upload(mi.UInt32, values) for values in chosen)
         view.integrator.table = table  # an input of the recording, as all that it refers to
         brightness, lessons = self.call(*inputs)
         trials = [trials_of(lesson) for lesson in lessons]
         values = doubles(dr.select(dr.isfinite(brightness), brightness, 0.0))
-        return Paths(pixel, values), Trials(*(np.concatenate(arrays) for arrays in zip(*trials, strict=True)))
+        return Paths(chosen[0], values, block), Trials(
+            *(np.concatenate(arrays) for arrays in zip(*trials, strict=True))
+        )
+
+
+def keys_of(seed: int, training: int) -> Any:
+    """Return the keys (mi.UInt32, 4) of the camera's sequences of both blocks, and those of what comes after it."""
+    keys = [seed ^ key for key in (*CAMERA_KEYS, *(key + training for key in PATH_KEYS))]
+    return upload(mi.UInt32, np.array([key & 0xFFFFFFFF for key in keys], np.uint32))
+
+
+def seeded_rays(view: View, sampler: Any, keys: Any, pixel: Any, sequence: Any, index: Any) -> tuple[Any, Any]:
+    """Return (rays, weights) of the paths of ``trained_pixels`` (mi.UInt32), and let a sampler draw what comes after.
+
+    ``keys``: from ``keys_of``.
+    """
+    sampler.seed_samples(dr.gather(mi.UInt32, keys, sequence), pixel, index)
+    ray, weight, _ = camera_rays(view, sampler, pixel, dr.opaque(mi.Float, 1.0))
+    of_camera = mi.UInt32(sampler.dimension)
+    sampler.seed_samples(dr.gather(mi.UInt32, keys, 2 + sequence), pixel, index)
+    sampler.dimension = of_camera
+    return ray, weight
 
 
 def trials_of(lesson: Any) -> list[NDArray]:

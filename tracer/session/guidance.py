@@ -9,57 +9,65 @@ from functools import lru_cache
 from typing import Any
 
 import mitsuba as mi
-import numpy as np
 
-from tracer.core.arrays import Floats
-from tracer.guiding.learn import Lesson, brightness, learn, path_noise, path_weights
-from tracer.guiding.slots import slots_of
+from tracer.guiding.effort import (
+    FIRST_PATHS,
+    HOPE,
+    HOPE_FOR_MANY,
+    LEAST_PATHS,
+    MANY_LIGHTS,
+    TAUGHT,
+    LearningCurve,
+    block_length,
+    look_paths,
+    pays,
+)
+from tracer.guiding.evidence import Evidence
+from tracer.guiding.learn import Lesson, learn
+from tracer.guiding.slots import SlotPlan, slots_of
 from tracer.guiding.table import LightChances, LightTable
-from tracer.guiding.training import Paths, Trials, joined
 from tracer.scene.view import View
 from tracer.session.recorder import Recorder
 from tracer.session.recordings import recorded_training
 from tracer.session.state import State
 from tracer.settings import Settings
 
-LOOK_KEY, TRAINING_KEY = 0x100C, 0x7EAC
-"""Keep samples that teach apart from those that make the picture."""
-LOOK_SHARE, TRAINING_SHARE = 0.015, 0.06
-"""Parts of the samples of a picture that are drawn to find out whether there is anything to learn, and to learn it."""
-MOST_LOOK_PATHS, MOST_PATHS = 1 << 18, 1 << 20
-"""Most paths of these two."""
-LEAST_PATHS = 1 << 11
-"""Fewest paths from which anything is learned."""
-FIXED_PATHS = 1 << 16
-"""Number of paths that take as long as the part of learning that does not depend on their number."""
-DEARER = 1.08
-"""How many times as long a path is taken to take whose lights are chosen by a table; it was 1.05 to 1.2 times."""
-WORTH_A_LOOK = 1.04
-"""Factor by which the variance must be expected to fall after a first look for more paths to be drawn. It falls further
-than expected, as what one half of the paths has taught is judged by the other."""
+MOST_LOST = 0.04
+"""Part of the time of a picture that a look may take which nobody has asked for: it may be in vain."""
+LEAST_UNASKED = 1 << 20
+"""Fewest paths of a picture of many lights that learns unasked."""
 OPEN_SPP = 64
 """Samples per pixel for which a picture learns that ends with a noise target or a time, if not fewer are allowed."""
-MANY_LIGHTS, HOPE, HOPE_FOR_MANY = 16, 1.25, 3.0
-"""Factor by which the variance may be hoped to fall before anything is known, in general, and with so many lights."""
-
-
-def pays(gain: float, path_count: int, taught: int) -> bool:
-    """Return whether a picture of ``path_count`` paths is better for its time if the variance falls ``gain``-fold.
-
-    ``taught``: paths that learning takes.
-    """
-    return gain * path_count > DEARER * path_count + taught + FIXED_PATHS
 
 
 def with_guide(view: View, settings: Settings) -> View:
     """Return a view whose integrator can learn about lights, if that is asked for and possible; else the same view.
 
-    The setting ``guide`` asks for it; left out, the integrator ``guided`` does.
+    The setting ``guide`` asks for it, or the integrator ``guided``. If it is left out, ``path`` learns where a look in
+    vain would not be felt.
     """
-    if is_guided(view) or (settings.guide and view.integrator.class_name() == "PathIntegrator"):
+    is_path = view.integrator.class_name() == "PathIntegrator"
+    if is_guided(view) or (is_path and (settings.guide or learns_unasked(view, settings))):
         view = guided_view(view)
         choose_by(view, None)
     return view
+
+
+def learns_unasked(view: View, settings: Settings) -> bool:
+    """Return whether to look for something to learn although nobody has asked for it.
+
+    The criterion "uniform" is what others are measured by: there only who asks for it learns.
+    """
+    if settings.guide is not None or settings.criterion == "uniform":
+        return False
+    total, light_count = learning_spp(settings) * view.pixel_count, len(view.scene.emitters())
+    is_unfelt = TAUGHT * 2 * look_paths(total) + FIRST_PATHS <= MOST_LOST * total
+    return (light_count >= MANY_LIGHTS and total >= LEAST_UNASKED) or (light_count > 0 and is_unfelt)
+
+
+def learning_spp(settings: Settings) -> int:
+    """Return the samples per pixel for which a picture learns."""
+    return min(settings.spp, OPEN_SPP) if settings.is_open else settings.spp
 
 
 def is_guided(view: View) -> bool:
@@ -73,13 +81,16 @@ def guided_view(view: View) -> View:
     return view if is_guided(view) else replace(view, integrator=guided_like(path, path.hide_emitters))
 
 
-def choose_by(view: View, learned: LightChances | None) -> None:
-    """Let the integrator, if it is ``guided``, choose lights by what was learned; None: all with the same chance."""
+def choose_by(view: View, learned: LightChances | None, plan: SlotPlan | None = None) -> None:
+    """Let the integrator, if it is ``guided``, choose lights by what was learned; None: all with the same chance.
+
+    ``plan``: the slots of the scene, if they are known.
+    """
     if not is_guided(view):
         return
     scene = view.scene
     view.integrator.learned = learned
-    view.integrator.table = None if learned is None else LightTable.of(scene, slots_of(scene), learned)
+    view.integrator.table = None if learned is None else LightTable.of(scene, plan or slots_of(scene), learned)
 
 
 def packed_guide(view: View) -> dict[str, Any] | None:
@@ -114,53 +125,59 @@ def begin_guided(view: View, settings: Settings, recorder: Recorder, state: Stat
         return
     if state.done == 0 and state.guide is None and settings.guide is not False:
         with recorder.timing("seconds_guiding"):
-            spp = min(settings.spp, OPEN_SPP) if settings.is_open else settings.spp
-            lesson = learn_lights(view, spp, settings.seed, settings.objective, settings.exposure, keep)
+            spp = learning_spp(settings)
+            caution = 0.0 if settings.guide else 1.0
+            lesson = learn_lights(view, spp, settings.seed, settings.objective, settings.exposure, caution, keep)
         if lesson is not None:
             state.guide = lesson.learned
             recorder.report.note(
                 f"Guided: {lesson.path_count} paths have taught which lights matter where; the variance is expected to "
                 f"fall {lesson.gain:.2f}-fold."
             )
+            choose_by(view, lesson.learned, lesson.plan)
+            return
     choose_by(view, state.guide)
 
 
 def learn_lights(
-    view: View, spp: int, seed: int, objective: str = "relative", exposure: float = 0.0, keep: bool = False
+    view: View,
+    spp: int,
+    seed: int,
+    objective: str = "relative",
+    exposure: float = 0.0,
+    caution: float = 0.0,
+    keep: bool = False,
 ) -> Lesson | None:
     """Return what a few paths of a guided view teach, or None if that is not worth the time it takes to use it.
 
     ``spp``: samples per pixel that the picture will have; ``objective``, ``exposure``: see ``tracer.settings``;
-    ``keep``: whether the next render of the scene may use what is recorded in this one.
+    ``caution``: how many standard errors are taken off the gain before it is believed; ``keep``: whether the next
+    render of the scene may use what is recorded in this one.
     """
     plan = slots_of(view.scene) if view.scene.emitters() else None
     total = spp * view.pixel_count
-    look_count, most = min(int(LOOK_SHARE * total), MOST_LOOK_PATHS), min(int(TRAINING_SHARE * total), MOST_PATHS)
-    if plan is None or len(plan.stock) < 2 or look_count < LEAST_PATHS or not all_alike(view.scene):
+    path_count = look_paths(total)
+    if plan is None or len(plan.stock) < 2 or path_count < LEAST_PATHS or not all_alike(view.scene):
         return None
-    if not pays(HOPE if len(plan.order) < MANY_LIGHTS else HOPE_FOR_MANY, total, most):
+    if not pays(HOPE if len(plan.order) < MANY_LIGHTS else HOPE_FOR_MANY, total, 2 * path_count):
         return None
 
+    lesson: Lesson | None = None
+    seen: Evidence | None = None
+    curve = LearningCurve()
+    block = block_length(path_count, spp)
     with recorded_training(view, keep) as trainer:
-
-        def weighed(learned: LightChances, path_count: int, key: int) -> tuple[Paths, Floats, Trials, Floats]:
-            table = LightTable.of(view.scene, plan, learned)
-            paths, trials = trainer.train(table, (seed ^ key) & 0xFFFFFFFF, path_count)
-            level = brightness(paths.pixel, paths.radiance, view.grid)
-            weight = path_weights(objective, exposure, level)
-            return paths, weight, trials, np.square(trials.given) * weight[trials.path]
-
-        nothing = LightChances.stock(plan)
-        paths, weight, trials, squares = weighed(nothing, look_count, LOOK_KEY)
-        noise, path_count = path_noise(paths, weight), paths.pixel.size
-        lesson = learn(trials, squares, path_count, noise, plan)
-        more = most - path_count
-        if lesson is not None and lesson.gain > WORTH_A_LOOK and more > 0:
-            paths, _, further, further_squares = weighed(lesson.learned, more, TRAINING_KEY)
-            trials, squares = joined(trials, path_count, further), np.concatenate([squares, further_squares])
-            path_count += paths.pixel.size
-            lesson = learn(trials, squares, path_count, noise, plan)
-    return lesson if lesson is not None and pays(lesson.gain, total, 0) else None
+        while path_count > 0:
+            table = LightTable.of(view.scene, plan, LightChances.stock(plan) if lesson is None else lesson.learned)
+            paths, trials = trainer.train(table, seed, len(curve.left), path_count, block)
+            seen = Evidence.of(paths, trials, view.grid, objective, exposure).after(seen)
+            lesson = learn(seen, plan)
+            if lesson is None:
+                return None
+            curve.add(seen.path_count, 1 / lesson.gain, *seen.error_left())
+            path_count = curve.further_paths(total)
+    is_sure = len(curve.left) > 1 and pays(curve.gain(caution), total)
+    return replace(lesson, gain=curve.gain()) if lesson is not None and is_sure else None
 
 
 def all_alike(scene: Any) -> bool:

@@ -70,7 +70,9 @@ class MethodPlan(PlanPart):
     max_spp: int | None = None
     cost: Literal["none", "rays"] = "none"
     block: int = 1
-    guide: bool | None = None
+    guide: bool | None = False
+    """As for ``tracer.render``, but unless it is asked for, lights are chosen as Mitsuba does: methods differ in what
+    they are named for and in nothing else."""
     unbiased: bool = False
     denoise: bool = False
     """Whether the picture is denoised before it is scored: by our denoising, or for ``mi.render`` by Open Image Denoise

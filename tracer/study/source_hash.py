@@ -21,6 +21,7 @@ DECIDING = (
     "sampling",
     "film",
     "adaptive",
+    "guiding",
     "denoising",
     "session",
     "settings.py",

@@ -1,0 +1,101 @@
+"""How many paths to learn from: as many as pay for the picture that is then drawn.
+
+Time is counted in paths, so that it does not depend on how busy the machine is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+LOOK_SHARE, LARGEST_LOOK_SHARE = 0.0075, 0.02
+"""Part of the samples of a picture that are drawn to find out whether there is anything to learn; in a small picture up
+to the second part."""
+LEAST_LOOK_PATHS, MOST_LOOK_PATHS = 1 << 14, 1 << 18
+"""How many paths this is, unless the picture is too small."""
+LEAST_PATHS, MOST_PATHS = 1 << 11, 1 << 20
+"""Fewest and most paths from which anything is learned."""
+LEAST_PIXELS, LONGEST_BLOCK = 256, 64
+"""Fewest pixels of a look, and most paths of one half of a pixel."""
+MORE = 4
+"""Learning goes on with this many times as many paths."""
+FIXED_PATHS, FIRST_PATHS = 1 << 17, 1 << 20
+"""Number of paths that take as long as the part of learning that does not depend on their number, and as that which a
+program does once for each scene, such as to compile it."""
+TAUGHT = 1.5
+"""Number of paths that take as long as one from which is learned."""
+DEARER = 1.2
+"""How many times as long a path is taken to take whose lights are chosen by a table; it was 1.05 to 1.25 times."""
+WORTH_A_LOOK = 1.01
+"""Factor by which the variance must be expected to fall after a first look for more paths to be drawn."""
+WORTH_MORE = 1.03
+"""Factor by which variance times time must be expected to fall for learning to go on after that."""
+MANY_LIGHTS, HOPE, HOPE_FOR_MANY = 16, 1.5, 3.0
+"""Factor by which the variance may be hoped to fall before anything is known, in general, and with so many lights."""
+
+
+def look_paths(total: int) -> int:
+    """Return with how many paths a picture of ``total`` paths is first looked at."""
+    least = min(LEAST_LOOK_PATHS, int(LARGEST_LOOK_SHARE * total))
+    return min(max(int(LOOK_SHARE * total), least), MOST_LOOK_PATHS)
+
+
+def block_length(path_count: int, spp: int) -> int:
+    """Return how long blocks of paths are, see ``tracer.guiding.training.Paths``: as many as the picture has samples,
+    but no more than leaves enough pixels. It is a power of two, as sequences are then most even."""
+    longest = max(min(path_count // (2 * LEAST_PIXELS), spp, LONGEST_BLOCK), 1)
+    return 1 << (longest.bit_length() - 1)
+
+
+def pays(gain: float, total: int, taught: float = 0) -> bool:
+    """Return whether a picture of ``total`` paths is better for its time if the variance falls ``gain``-fold.
+
+    ``taught``: paths from which must be learned first.
+    """
+    learning = TAUGHT * taught + FIXED_PATHS if taught else 0
+    return gain * total > DEARER * total + learning
+
+
+@dataclass
+class LearningCurve:
+    """How much of the variance of a picture is left with what was learned, as a part of what it was before."""
+
+    left: list[tuple[int, float]] = field(default_factory=list)
+    """Each time that something was learned, from how many paths, and what is left."""
+    foretold: list[float] = field(default_factory=list)
+    """For each time, what the paths that taught say that is left."""
+    doubt: float = 0.0
+    """Relative standard error of what is left."""
+
+    def add(self, path_count: int, foretold: float, measured: float, doubt: float) -> None:
+        """Take in that something was learned from ``path_count`` paths.
+
+        ``foretold``: what these say that is left; ``measured``, ``doubt``: what is left with what was learned the time
+        before, and its relative standard error. The first time nothing was learned before.
+        """
+        left = foretold
+        if self.left:
+            self.left[-1] = self.left[-1][0], measured
+            left = measured * min(foretold / self.foretold[-1], 1.0)
+        self.left.append((path_count, left))
+        self.foretold.append(foretold)
+        self.doubt = doubt
+
+    def gain(self, caution: float = 0.0) -> float:
+        """Return by which factor the variance falls, less ``caution`` times the standard error."""
+        return float(np.exp(-caution * self.doubt) / max(self.left[-1][1], 1e-3))
+
+    def further_paths(self, total: int) -> int:
+        """Return from how many more paths to learn before a picture of ``total`` paths.
+
+        The part that more paths would take away is expected to be inverse to their number.
+        """
+        path_count, left = self.left[-1]
+        if len(self.left) == 1:  # as many again show whether what was foretold is true
+            return path_count if left * WORTH_A_LOOK < 1 else 0
+        more = min(MORE * path_count, MOST_PATHS // self.left[0][0] * self.left[0][0])
+        count_before, left_before = self.left[-2]
+        expected = left - (left_before - left) * (1 - path_count / more) / (path_count / count_before - 1)
+        goes_on = expected * (total + TAUGHT * more) * WORTH_MORE < left * (total + TAUGHT * path_count)
+        return max(more - path_count, 0) if goes_on and self.gain() > 1 else 0
