@@ -72,7 +72,7 @@ class Settings(BaseModel):
 
     guide: bool | None = None
     """Whether to learn which lights matter where before the first sample, in scenes with the integrator ``path``. None:
-    where it may pay, and nothing is lost if it does not; and where the scene asks for the integrator ``guided``."""
+    where it may pay, and little is lost if it does not; and where the scene asks for the integrator ``guided``."""
     unbiased: bool = False
     """Whether the samples that decide are left out of the picture; they count towards spp in any case."""
 

@@ -7,10 +7,11 @@ from scipy.optimize import isotonic_regression
 
 from benchmarks.guiding.paths import Choices, plan_of_directions
 from tracer.core.arrays import Floats
-from tracer.guiding.evidence import Evidence, brightness, path_noise, path_weights
+from tracer.guiding.evidence import Taught, brightness
 from tracer.guiding.learn import learn
 from tracer.guiding.slots import SlotPlan
-from tracer.guiding.training import Trials
+from tracer.guiding.training import Paths, Trials
+from tracer.image import objective
 
 STEPS, LEAST_CHANCE = 50, 0.01
 """Steps towards the best chances with which paths go on, and the least of them."""
@@ -23,12 +24,12 @@ def limits(choices: Choices, grid: tuple[int, int], plan: SlotPlan) -> dict[str,
     and both directions: what each takes from the variance adds up.
     """
     paths = choices.paths
-    weight = path_weights("relative", 0.0, brightness(paths.pixel, paths.radiance, grid))
-    noise = path_noise(paths, weight)
+    weight = weights_of(paths, grid)
+    noise = 0.5 * weight[::2] * np.square(paths.radiance[::2] - paths.radiance[1::2])
 
     def gain(trials: Trials, own_plan: SlotPlan) -> float:
         squares = np.square(trials.given) * weight[trials.path]
-        lesson = learn(Evidence(trials, squares, noise, paths.pixel.size, paths.block), own_plan)
+        lesson = learn(Taught(trials, squares, noise, paths.radiance.size), own_plan)
         return lesson.gain if lesson is not None else 1.0
 
     found = {"lights": gain(of_whole_lights(choices.lights, plan), whole(plan)), "parts": gain(choices.lights, plan)}
@@ -36,6 +37,11 @@ def limits(choices: Choices, grid: tuple[int, int], plan: SlotPlan) -> dict[str,
         found[f"directions {k}"] = gain(trials, plan_of_directions()) if len(trials.path) else 1.0
     left = 1 - sum(1 - 1 / factor for name, factor in found.items() if name != "lights")
     return {**found, "all": 1 / max(left, 0.1)}
+
+
+def weights_of(paths: Paths, grid: tuple[int, int]) -> Floats:
+    """Return how much the squared error of each path (paths,) counts in relMSE; ``grid``: rows and columns."""
+    return objective.weights("relative", brightness(paths.chosen.pixel, paths.radiance, grid))
 
 
 def whole(plan: SlotPlan) -> SlotPlan:
@@ -54,18 +60,18 @@ def of_whole_lights(trials: Trials, plan: SlotPlan) -> Trials:
     return Trials(trials.path, trials.position, trials.normal, light[trials.slot], chance, given)
 
 
-def roulette_limit(steps: Floats, weight: Floats, block: int, costs: Floats) -> float:
+def roulette_limit(steps: Floats, weight: Floats, costs: Floats) -> float:
     """Return the factor by which variance times cost falls if paths end at the best chance of each depth.
 
     ``steps`` (parts, paths): what each part of a path gives; ``weight`` (paths,): how much its square counts;
-    ``block``: see ``Paths``; ``costs`` (parts,): of each part. If q is the chance to get
+    two and two are of the same pixel; ``costs`` (parts,): of each part. If q is the chance to get
     as far as each part, the variance of a path is sum(M / q) - mean^2, where M is the part's own square and twice its
     products with the parts behind it. Every q is at most the one before.
     """
     behind = np.cumsum(steps[::-1], axis=0)[::-1] - steps
     moments = np.maximum((weight * (np.square(steps) + 2 * steps * behind)).mean(axis=1), 0)
-    pixel_mean = steps.sum(axis=0).reshape(-1, 2, block).mean(axis=2)
-    mean_square = float((weight[:: 2 * block] * pixel_mean.prod(axis=1)).mean())
+    total = steps.sum(axis=0)
+    mean_square = float((weight[::2] * total[::2] * total[1::2]).mean())
 
     def product(chance: Floats) -> tuple[float, float]:
         return float((moments / chance).sum()) - mean_square, float((costs * chance).sum())

@@ -13,17 +13,16 @@ import numpy as np
 
 from tracer.core.arrays import Floats, Indices
 from tracer.core.device import to_host, upload
+from tracer.guiding.chosen import Chosen, choose
 from tracer.guiding.slots import SlotPlan, plan_slots
 from tracer.guiding.table import LightChances, LightTable
-from tracer.guiding.training import VERTICES, Paths, Trainer, Trials, keys_of, seeded_rays, trained_pixels
+from tracer.guiding.training import VERTICES, Paths, Trainer, Trials, joined, keys_of, seeded_rays
 from tracer.sampling.samples import make_sampler
 from tracer.scene.view import View
 
 DEPTHS = (1, 2, 3, 4, 5, 6, 8, 12)
 """Lengths at which paths are cut, so that differences tell what each part of a path gives; beyond the last, the rest
 is one part."""
-BLOCK = 2
-"""Paths of a pixel with the same sequence; there are two sequences."""
 BINS = 4
 """Steps along each side of the unit square from which directions are made."""
 PER_VERTEX = 4
@@ -50,31 +49,30 @@ def follow(view: View, plan: SlotPlan, seed: int, path_count: int) -> Choices:
 
     All ends of the same path are drawn with the same numbers, so that differences between them are its parts.
     """
+    chosen = choose(view.grid, 0, 1, 0, path_count // 2)
     limit = view.integrator.max_depth
     ends = [depth for depth in DEPTHS if depth < limit]
     cut: list[Floats] = []
     for depth in ends:
         with guided_to(view, depth) as shorter:
-            cut.append(trained(shorter, plan, seed, path_count)[0].radiance)
-    paths, lights = trained(view, plan, seed, path_count)
+            cut.append(trained(shorter, plan, seed, chosen)[0].radiance)
+    paths, trials = trained(view, plan, seed, chosen)
     steps = np.diff(np.stack([0 * paths.radiance, *cut, paths.radiance]), axis=0)
-    vertex = np.cumsum(np.diff(lights.path.astype(np.int64), prepend=-1) < 0)
-    chosen = [upload(mi.UInt32, values) for values in trained_pixels(view.pixel_count, path_count, BLOCK)]
-    bins = direction_bins(view, seed, chosen)
-    vertices = vertex_counts(view, seed, chosen)
+    inputs = [upload(mi.UInt32, values) for values in (chosen.pixel, chosen.sequence, chosen.index)]
+    bins = direction_bins(view, seed, inputs)
+    vertices = vertex_counts(view, seed, inputs)
     bounds = [*ends, max(int(vertices.max(initial=0)), *ends) + 1]
     alive = np.array([(vertices >= number).mean() for number in range(1, bounds[-1] + 1)])
     costs = np.array([part.sum() for part in np.split(alive, ends)])
     directions = []
-    for k in range(VERTICES):
-        here = vertex == k
-        path = lights.path[here]
-        by_light = lights.given[here] / lights.chance[here]
+    for k, lights in enumerate(trials):
+        path = lights.path
+        by_light = lights.given / lights.chance
         further = steps[k + 1 :, path].sum(axis=0) - by_light if k + 1 < len(steps) else 0 * by_light
         chance = np.full(len(path), BINS**-2.0)
         slot = bins[k][path]
-        directions.append(Trials(path, lights.position[here], lights.normal[here], slot, chance, chance * further))
-    return Choices(paths, lights, directions, steps, costs)
+        directions.append(Trials(path, lights.position, lights.normal, slot, chance, chance * further))
+    return Choices(paths, joined(trials), directions, steps, costs)
 
 
 @contextmanager
@@ -88,23 +86,23 @@ def guided_to(view: View, depth: int) -> Iterator[View]:
         view.integrator.max_depth = own
 
 
-def trained(view: View, plan: SlotPlan, seed: int, path_count: int) -> tuple[Paths, Trials]:
-    """Return paths of a view along which all lights have the same chance, and their trials."""
+def trained(view: View, plan: SlotPlan, seed: int, chosen: Chosen) -> tuple[Paths, list[Trials]]:
+    """Return paths of a view along which all lights have the same chance, and the trials at each vertex."""
     trainer = Trainer(view, make_sampler())
     try:
-        return trainer.train(LightTable.of(view.scene, plan, LightChances.stock(plan)), seed, 0, path_count, BLOCK)
+        return trainer.train(LightTable.of(view.scene, plan, LightChances.stock(plan)), seed, 0, chosen)
     finally:
         trainer.close()
         view.integrator.table = None
 
 
-def direction_bins(view: View, seed: int, chosen: list[Any]) -> list[Indices]:
+def direction_bins(view: View, seed: int, inputs: list[Any]) -> list[Indices]:
     """Return, for each of the first vertices, the bin (paths,) of the number that makes the direction of each path.
 
-    ``chosen``: pixel, sequence and index (mi.UInt32), as of ``trained_pixels``.
+    ``inputs``: pixel, sequence and index of each path (mi.UInt32), see ``Chosen``.
     """
     sampler = make_sampler()
-    seeded_rays(view, sampler, keys_of(seed, 0), *chosen)
+    seeded_rays(view, sampler, keys_of(seed, 0), *inputs)
     bins = []
     for _ in range(VERTICES):
         sampler.next_2d()
@@ -114,10 +112,10 @@ def direction_bins(view: View, seed: int, chosen: list[Any]) -> list[Indices]:
     return bins
 
 
-def vertex_counts(view: View, seed: int, chosen: list[Any]) -> Indices:
+def vertex_counts(view: View, seed: int, inputs: list[Any]) -> Indices:
     """Return the number of vertices (paths,) of each path."""
     sampler = make_sampler()
-    ray, _ = seeded_rays(view, sampler, keys_of(seed, 0), *chosen)
+    ray, _ = seeded_rays(view, sampler, keys_of(seed, 0), *inputs)
     of_camera = mi.UInt32(sampler.dimension)
     view.integrator.sample(view.scene, sampler, ray)
     return to_host((sampler.dimension - of_camera) // PER_VERTEX, (-1,))

@@ -17,9 +17,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks import harness
-from benchmarks.guiding.limits import limits, roulette_limit
+from benchmarks.guiding.limits import limits, roulette_limit, weights_of
 from benchmarks.guiding.paths import follow
-from tracer.guiding.evidence import brightness, path_weights
 from tracer.guiding.slots import slots_of
 from tracer.progress import StepCallback
 from tracer.scene.load import load
@@ -93,10 +92,8 @@ def measure(name: str, scene: Any) -> Row | None:
         factors: dict[str, list[float]] = {column: [] for column in COLUMNS}
         for seed in SEEDS:
             choices = follow(view, plan, seed, PATHS)
-            paths = choices.paths
-            weight = path_weights("relative", 0.0, brightness(paths.pixel, paths.radiance, view.grid))
             found = limits(choices, view.grid, plan)
-            found["roulette"] = roulette_limit(choices.steps, weight, paths.block, choices.costs)
+            found["roulette"] = roulette_limit(choices.steps, weights_of(choices.paths, view.grid), choices.costs)
             for column in COLUMNS:
                 factors[column].append(found[column])
     return Row(name, len(plan.stock), factors)

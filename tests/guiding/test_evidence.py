@@ -3,72 +3,87 @@
 import numpy as np
 import pytest
 
-from tracer.guiding.evidence import Evidence, block_errors, brightness, path_noise
-from tracer.guiding.training import Paths, Trials, trained_pixels
+from tracer.guiding.chosen import choose
+from tracer.guiding.evidence import Judgement, Taught, brightness, error_left
+from tracer.guiding.training import Paths, Trials
 
-PIXELS = 4000
-
-
-def nothing_tried():
-    nothing = np.zeros((0, 3))
-    return Trials(np.zeros(0, np.uint32), nothing, nothing, np.zeros(0, np.uint32), np.zeros(0), np.zeros(0))
+GRID = 50, 80
 
 
-def paths_of(radiance, block):
-    return Paths(trained_pixels(PIXELS, radiance.size, block)[0], radiance, block)
+def judged(sample, block=4, pixels=500):
+    """Return what paths with the radiance ``sample(shape)`` show: shape (pixels, 2, block)."""
+    chosen = choose(GRID, pixels, block, 0, 0)
+    return Judgement.of(Paths(chosen, sample((pixels, 2, block)).ravel()))
 
 
-def seen(radiance, block=4):
-    return Evidence.of(paths_of(radiance, block), nothing_tried(), (50, 80), "absolute", 0.0)
+def left(first, last, objective="absolute"):
+    return error_left(first, last, GRID, objective, 0.0)
 
 
-def test_errors_of_blocks_are_variances_of_their_means():
-    block, size = 4, 8 * PIXELS
-    paths = paths_of(np.random.default_rng(1).normal(2, 0.5, size), block)
-    weight = np.full(size, 3.0)
-    assert path_noise(paths, weight).mean() == pytest.approx(3 * 0.25, rel=0.05)
-    assert block_errors(paths, weight).mean() == pytest.approx(3 * 0.25 / block, rel=0.1)
+def test_errors_are_variances_of_the_means_of_blocks():
+    random = np.random.default_rng(1)
+    found = judged(lambda shape: random.normal(2, 0.5, shape), pixels=4000)
+    assert found.error.mean() == pytest.approx(0.25 / 4, rel=0.1)
+    assert found.mean == pytest.approx(2, abs=1)
 
 
-def test_pixels_have_two_blocks_and_more_paths_have_the_same_pixels():
-    pixel, sequence, index = trained_pixels(1000, 640, 8)
-    assert pixel.size == 640
-    assert np.all(pixel.reshape(-1, 16) == pixel[::16, None])
-    assert sequence[:16].tolist() == [0] * 8 + [1] * 8
-    assert index[:16].tolist() == [*range(8), *range(8)]
-    assert np.array_equal(trained_pixels(1000, 3 * 640, 8)[0][::16][::3], pixel[::16])
-
-
-def test_few_pixels_come_again_with_other_samples():
-    chosen = trained_pixels(10, 1600, 8)
-    assert len(set(zip(*(values.tolist() for values in chosen), strict=True))) == 1600
-    assert np.bincount(chosen[0]).tolist() == [160] * 10
-
-
-def test_what_is_left_of_the_error_is_measured_with_its_doubt():
+@pytest.mark.parametrize("objective", ["absolute", "relative", "display"])
+def test_what_is_left_of_the_error_is_measured_with_its_doubt(objective):
     random = np.random.default_rng(2)
     ratios, doubts = [], []
     for _ in range(40):
-        before, after = (seen(random.normal(2, size, 8 * 500)) for size in (0.5, 0.25))
-        left, doubt = after.after(before).error_left()
-        ratios.append(left)
+        before, after = (judged(lambda shape, size=size: random.normal(0.5, size, shape)) for size in (0.1, 0.05))
+        ratio, doubt = left(before, after, objective)
+        ratios.append(ratio)
         doubts.append(doubt)
     assert np.mean(ratios) == pytest.approx(0.25, rel=0.1)
     assert np.std(ratios) / np.mean(ratios) == pytest.approx(np.mean(doubts), rel=0.35)
 
 
-def test_more_paths_are_compared_where_the_first_were():
-    """Every third pixel of the last training is one of the first: only these have a smaller error here."""
+def test_nothing_is_gained_where_nothing_has_changed():
+    """Also where pixels are bright because of single samples: such a brightness would hide their errors."""
     random = np.random.default_rng(3)
-    size = np.where(np.arange(1500) % 3 == 0, 0.1, 5.0)
-    before = seen(random.normal(2, 0.5, 8 * 500))
-    after = seen(random.normal(2, 1, 8 * 1500) * np.repeat(size, 8))
-    assert after.after(before).error_left()[0] == pytest.approx(0.04, rel=0.4)
+    ratios = [
+        left(*(judged(lambda shape: random.exponential(0.5, shape), block=1) for _ in range(2)), "relative")[0]
+        for _ in range(100)
+    ]
+    assert np.exp(np.mean(np.log(ratios))) == pytest.approx(1, abs=0.05)
+
+
+def test_the_same_rays_leave_no_doubt():
+    same = judged(lambda shape: np.random.default_rng(4).normal(2, 1, shape))
+    assert left(same, same) == (1.0, 0.0)
 
 
 def test_pictures_without_light_have_nothing_left_to_learn():
-    dark = seen(np.zeros(8 * 100))
-    assert dark.after(dark).error_left() == (1.0, 0.0)
+    dark = judged(np.zeros)
+    assert left(dark, dark) == (1.0, 0.0)
+
+
+def taught(radiance):
+    chosen = choose(GRID, 8, 2, 0, len(radiance) // 2)
+    path = np.arange(len(radiance), dtype=np.uint32)
+    nowhere = np.zeros((len(path), 3))
+    trials = Trials(path, nowhere, nowhere, 0 * path, np.ones(len(path)), 0.5 * radiance)
+    values = np.concatenate([np.full(chosen.judge_count, 99.0), radiance])
+    return Taught.of(Paths(chosen, values), [trials], GRID, "absolute", 0.0)
+
+
+def test_paths_that_judge_do_not_teach():
+    radiance = np.random.default_rng(5).normal(2, 0.5, 4000)
+    found = taught(radiance)
+    assert found.path_count == 4000
+    assert found.noise.mean() == pytest.approx(0.25, rel=0.1)
+    assert found.squares == pytest.approx(0.25 * radiance**2)
+
+
+def test_what_was_taught_before_stays():
+    first, second = (taught(np.random.default_rng(seed).normal(2, 0.5, 4000)) for seed in (6, 7))
+    both = second.after(first)
+    assert both.path_count == 8000
+    assert both.trials.path.tolist() == list(range(8000))
+    assert np.array_equal(both.noise, first.noise)  # of Mitsuba's choice
+    assert first.after(None) is first
 
 
 def test_brightness_is_that_of_the_square():

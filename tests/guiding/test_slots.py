@@ -96,3 +96,16 @@ def test_a_sky_has_no_place():
 def test_no_light_has_the_first_place():
     slots = Slots.of(scene := scene_with_lights("area", "point"), slots_of(scene))
     assert slots.place_of(dr.zeros(mi.EmitterPtr, 2)).numpy().tolist() == [0, 0]
+
+
+def test_a_sky_among_many_lamps_has_a_slot_of_its_own():
+    random = np.random.default_rng(1)
+    places = random.uniform(-1, 1, (300, 3))
+    low, high = (np.insert(places + size, 7, np.inf * size, axis=0) for size in (-0.01, 0.01))
+    plan = plan_slots(np.ones(301, np.int64), low, high, 64)
+    assert (plan.order[0], plan.count[0]) == (7, 1)
+    assert np.isinf(plan.radius[0])
+    assert np.isfinite(plan.radius[1:]).all()
+    assert sorted(plan.order) == list(range(301))
+    assert plan.count.sum() == 301
+    assert len(plan.count) == 64

@@ -10,8 +10,11 @@ from tracer.scene.view import open_scene
 from tracer.session import guidance
 from tracer.settings import make_settings
 
-LAMPS = ("sphere", *["far lamp"] * 19)
-"""One lamp that matters, and nineteen behind the floor."""
+LAMPS = ("sphere", *["far lamp"] * 39)
+"""One lamp that matters, and 39 behind the floor."""
+
+
+NOT_WORTH_IT = "Not guided: to learn which lights matter where is not expected to pay here."
 
 
 def render(scene, **settings):
@@ -35,7 +38,7 @@ def test_it_has_less_noise_at_the_same_mean(lamps):
     assert all(result.report.seconds_guiding > 0 for result in guided)
     images = [result.image for result in guided]
     assert squared_error(images, truth) < 0.7 * squared_error(plain, truth)
-    assert np.mean(images) == pytest.approx(truth.mean(), rel=0.01)
+    assert np.mean(images) == pytest.approx(truth.mean(), rel=0.02)
 
 
 def test_a_resumed_render_chooses_by_what_was_learned(lamps, tmp_path, monkeypatch):
@@ -44,6 +47,20 @@ def test_a_resumed_render_chooses_by_what_was_learned(lamps, tmp_path, monkeypat
     stopped = render(lamps, **settings, checkpoint=path, progress=lambda progress: progress.done < 64 * 48 * 20)
     assert not stopped.report.complete
     monkeypatch.setattr(guidance, "learn_lights", None)  # what was learned is in the file
+    resumed = render(lamps, **settings, checkpoint=path, resume=True)
+    assert np.array_equal(resumed.image, straight.image)
+
+
+@pytest.mark.parametrize(("first", "then"), [(False, True), (True, False)])
+def test_a_resumed_render_is_guided_if_it_was(lamps, tmp_path, monkeypatch, first, then):
+    """Whether it would look for something to learn may have changed, as with the number of samples."""
+    path, settings = tmp_path / "state.ckpt", {"criterion": "fused", "size": 128}
+    monkeypatch.setattr(guidance, "learns_unasked", lambda *_: first)
+    straight = render(lamps, **settings)
+    assert any(note.startswith("Guided: ") for note in straight.report.notes) == first
+    stopped = render(lamps, **settings, checkpoint=path, progress=lambda progress: progress.done < 128 * 96 * 20)
+    assert not stopped.report.complete
+    monkeypatch.setattr(guidance, "learns_unasked", lambda *_: then)
     resumed = render(lamps, **settings, checkpoint=path, resume=True)
     assert np.array_equal(resumed.image, straight.image)
 
@@ -70,7 +87,7 @@ def test_where_nothing_is_gained_it_draws_as_path():
     )
     result = render(scene, guide=True, spp=512)
     assert result.report.seconds_guiding > 0.01
-    assert result.report.notes == []
+    assert result.report.notes == [NOT_WORTH_IT]
     assert np.allclose(result.image, render(scene, spp=512).image, rtol=1e-4, atol=1e-5)
 
 
@@ -85,12 +102,14 @@ def test_a_small_picture_of_few_lights_is_not_worth_a_look():
         (("point", "sphere"), 64, {}, False),  # to look would be felt
         (("point", "sphere"), 1280, {}, True),
         (("point", "sphere"), 1280, {"spp": 16}, False),
-        (LAMPS, 160, {}, True),  # there is much to be gained
+        (LAMPS, 320, {}, True),  # there is much to be gained
         (LAMPS, 64, {}, False),
         ((), 1280, {}, False),
         (("point", "sphere"), 1280, {"guide": False}, False),
-        (LAMPS, 160, {"guide": False}, False),
-        (LAMPS, 160, {"criterion": "uniform"}, False),
+        (LAMPS, 320, {"guide": False}, False),
+        (LAMPS, 320, {"time": 20}, False),
+        (LAMPS, 640, {"time": 100}, True),
+        (LAMPS, 320, {"criterion": "uniform"}, False),
     ],
     ids=str,
 )
@@ -101,7 +120,7 @@ def test_unasked_it_learns_where_that_may_pay(kinds, size, settings, learns):
 
 def test_the_default_is_guided_where_there_are_many_lights():
     lamps = scene_with_lights("sphere", *["far lamp"] * 79, integrator={"type": "path", "hide_emitters": True})
-    asked = {"criterion": "fused", "size": 160}
+    asked = {"criterion": "fused", "size": 320}
     default = render(lamps, **asked)
     assert any(note.startswith("Guided: ") for note in default.report.notes)
     assert np.array_equal(default.image, render(lamps, **asked, guide=True).image)

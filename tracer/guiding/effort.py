@@ -13,17 +13,17 @@ LOOK_SHARE, LARGEST_LOOK_SHARE = 0.0075, 0.02
 """Part of the samples of a picture that are drawn to find out whether there is anything to learn; in a small picture up
 to the second part."""
 LEAST_LOOK_PATHS, MOST_LOOK_PATHS = 1 << 14, 1 << 18
-"""How many paths this is, unless the picture is too small."""
-LEAST_PATHS, MOST_PATHS = 1 << 11, 1 << 20
-"""Fewest and most paths from which anything is learned."""
+"""Bounds on the number of these paths, half of which judge and half of which teach. A small picture has fewer."""
+LEAST_PATHS, MOST_PATHS = 1 << 10, 1 << 20
+"""Fewest and most paths that teach."""
 LEAST_PIXELS, LONGEST_BLOCK = 256, 64
-"""Fewest pixels of a look, and most paths of one half of a pixel."""
+"""Fewest pixels that judge, and most samples of each of their two sequences."""
 MORE = 4
 """Learning goes on with this many times as many paths."""
-FIXED_PATHS, FIRST_PATHS = 1 << 17, 1 << 20
+FIXED_COST, FIRST_COST = 1 << 17, 1 << 20
 """Number of paths that take as long as the part of learning that does not depend on their number, and as that which a
 program does once for each scene, such as to compile it."""
-TAUGHT = 1.5
+LEARNING_COST = 1.5
 """Number of paths that take as long as one from which is learned."""
 DEARER = 1.2
 """How many times as long a path is taken to take whose lights are chosen by a table; it was 1.05 to 1.25 times."""
@@ -41,10 +41,10 @@ def look_paths(total: int) -> int:
     return min(max(int(LOOK_SHARE * total), least), MOST_LOOK_PATHS)
 
 
-def block_length(path_count: int, spp: int) -> int:
-    """Return how long blocks of paths are, see ``tracer.guiding.training.Paths``: as many as the picture has samples,
-    but no more than leaves enough pixels. It is a power of two, as sequences are then most even."""
-    longest = max(min(path_count // (2 * LEAST_PIXELS), spp, LONGEST_BLOCK), 1)
+def block_length(judge_paths: int, spp: int) -> int:
+    """Return how many samples each of the two sequences of a pixel has that judges: as many as the picture has, but no
+    more than leaves enough pixels. It is a power of two, as sequences are then most even."""
+    longest = max(min(judge_paths // (2 * LEAST_PIXELS), spp, LONGEST_BLOCK), 1)
     return 1 << (longest.bit_length() - 1)
 
 
@@ -53,7 +53,7 @@ def pays(gain: float, total: int, taught: float = 0) -> bool:
 
     ``taught``: paths from which must be learned first.
     """
-    learning = TAUGHT * taught + FIXED_PATHS if taught else 0
+    learning = LEARNING_COST * taught + FIXED_COST if taught else 0
     return gain * total > DEARER * total + learning
 
 
@@ -94,8 +94,9 @@ class LearningCurve:
         path_count, left = self.left[-1]
         if len(self.left) == 1:  # as many again show whether what was foretold is true
             return path_count if left * WORTH_A_LOOK < 1 else 0
-        more = min(MORE * path_count, MOST_PATHS // self.left[0][0] * self.left[0][0])
+        more = min(MORE * path_count, MOST_PATHS)
         count_before, left_before = self.left[-2]
         expected = left - (left_before - left) * (1 - path_count / more) / (path_count / count_before - 1)
-        goes_on = expected * (total + TAUGHT * more) * WORTH_MORE < left * (total + TAUGHT * path_count)
-        return max(more - path_count, 0) if goes_on and self.gain() > 1 else 0
+        goes_on = expected * (total + LEARNING_COST * more) * WORTH_MORE < left * (total + LEARNING_COST * path_count)
+        may_pay = expected * DEARER < 1
+        return max(more - path_count, 0) if goes_on and may_pay else 0

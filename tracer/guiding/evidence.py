@@ -1,13 +1,13 @@
-"""What paths have shown so far: how wrong pixels are, and what lights give."""
+"""What paths have shown: how wrong pixels are, and what lights give."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.core.arrays import Floats
+from tracer.core.arrays import Floats, Indices
 from tracer.guiding.training import Paths, Trials, joined
 from tracer.image import objective
 
@@ -18,8 +18,27 @@ TYPICAL, MOST = 0.99, 4.0
 
 
 @dataclass(frozen=True)
-class Evidence:
-    """What all paths so far have shown."""
+class Judgement:
+    """What the samples that judge have shown in one training."""
+
+    pixel: Indices
+    """(pixels,): pixel (grid) of each."""
+    mean: Floats
+    """(pixels,): mean of all samples."""
+    error: Floats
+    """(pixels,): squared error of the mean of a block."""
+
+    @staticmethod
+    def of(paths: Paths) -> Judgement:
+        """Return what these paths have shown."""
+        means = paths.blocks.mean(axis=2)
+        pixel = paths.chosen.pixel[: paths.chosen.judge_count : 2 * paths.chosen.block]
+        return Judgement(pixel, means.mean(axis=1), 0.5 * np.square(means[:, 0] - means[:, 1]))
+
+
+@dataclass(frozen=True)
+class Taught:
+    """What all paths that teach have shown so far."""
 
     trials: Trials
     squares: Floats
@@ -27,41 +46,42 @@ class Evidence:
     noise: Floats
     """(pixels,): variances of single paths where Mitsuba chooses, times how much they count."""
     path_count: int
-    block: int
-    """See ``Paths``."""
-    errors: list[Floats] = field(default_factory=list)
-    """For each training (pixels,): squared errors of the means of blocks, times how much they count."""
+    """Number of these paths."""
 
     @staticmethod
-    def of(paths: Paths, trials: Trials, grid: tuple[int, int], objective_name: str, exposure: float) -> Evidence:
+    def of(paths: Paths, trials: list[Trials], grid: tuple[int, int], objective_name: str, exposure: float) -> Taught:
         """Return what these paths have shown; ``grid``: rows and columns of the picture."""
-        weight = path_weights(objective_name, exposure, brightness(paths.pixel, paths.radiance, grid))
-        squares = np.square(trials.given) * weight[trials.path]
-        noise, errors = path_noise(paths, weight), block_errors(paths, weight)
-        return Evidence(trials, squares, noise, paths.pixel.size, paths.block, [errors])
+        pixel, radiance = paths.chosen.pixel[paths.chosen.judge_count :], paths.teachers
+        weight = objective.weights(objective_name, brightness(pixel, radiance, grid), exposure)
+        together = joined(trials)
+        squares = np.square(together.given) * weight[together.path]
+        noise = 0.5 * weight[::2] * np.square(radiance[::2] - radiance[1::2])
+        return Taught(together, squares, noise, radiance.size)
 
-    def after(self, before: Evidence | None) -> Evidence:
+    def after(self, before: Taught | None) -> Taught:
         """Return all that was seen, with what was seen ``before``; only its noise is that of Mitsuba's choice."""
         if before is None:
             return self
-        trials = joined(before.trials, before.path_count, self.trials)
+        later = replace(self.trials, path=self.trials.path + np.uint32(before.path_count))
         squares = np.concatenate([before.squares, self.squares])
-        path_count = before.path_count + self.path_count
-        return Evidence(trials, squares, before.noise, path_count, self.block, [*before.errors, *self.errors])
+        return Taught(joined([before.trials, later]), squares, before.noise, before.path_count + self.path_count)
 
-    def error_left(self) -> tuple[float, float]:
-        """Return the mean error in the last training as a part of that in the first, and its relative standard error.
 
-        Of the last training only pixels of the first count, which have the same rays of the camera. Errors far above
-        those of most pixels count as less.
-        """
-        cap = MOST * float(np.quantile(self.errors[0], TYPICAL))
-        step = len(self.errors[-1]) // len(self.errors[0])
-        first, last = np.minimum(self.errors[0], cap), np.minimum(self.errors[-1][::step][: len(self.errors[0])], cap)
-        if not first.any() or not last.any():
-            return 1.0, 0.0
-        deviation = first / first.mean() - last / last.mean()
-        return float(last.mean() / first.mean()), float(deviation.std() / np.sqrt(deviation.size))
+def error_left(
+    first: Judgement, last: Judgement, grid: tuple[int, int], objective_name: str, exposure: float
+) -> tuple[float, float]:
+    """Return the mean error in the last training as a part of that in the first, and its relative standard error.
+
+    Both are of the same pixels and rays of the camera. Errors far above those of most pixels count as less.
+    """
+    level = brightness(first.pixel, 0.5 * (first.mean + last.mean), grid)
+    weight = objective.weights(objective_name, level, exposure)
+    errors = [weight * judgement.error for judgement in (first, last)]
+    before, after = (np.minimum(error, MOST * np.quantile(error, TYPICAL)) for error in errors)
+    if not before.any() or not after.any():
+        return 1.0, 0.0
+    deviation = before / before.mean() - after / after.mean()
+    return float(after.mean() / before.mean()), float(deviation.std() / np.sqrt(deviation.size))
 
 
 def brightness(pixel: NDArray, radiance: Floats, grid_shape: tuple[int, int]) -> Floats:
@@ -71,20 +91,3 @@ def brightness(pixel: NDArray, radiance: Floats, grid_shape: tuple[int, int]) ->
     count = np.bincount(square)
     cut = np.minimum(radiance, 30 * max(float(radiance.mean()), 1e-30))  # a firefly does not make its square bright
     return (np.bincount(square, cut) / np.maximum(count, 1))[square]
-
-
-def path_noise(paths: Paths, weight: Floats) -> Floats:
-    """Return the variance of single paths in each pixel (pixels,), times how much they count: ``weight`` (paths,)."""
-    twice = 2 * paths.block
-    return weight[::twice] * paths.radiance.reshape(-1, twice).var(axis=1, ddof=1)
-
-
-def block_errors(paths: Paths, weight: Floats) -> Floats:
-    """Return the squared error of the mean of a block in each pixel (pixels,), times its ``weight`` (paths,)."""
-    first, second = paths.radiance.reshape(-1, 2, paths.block).mean(axis=2).T
-    return 0.5 * weight[:: 2 * paths.block] * np.square(first - second)
-
-
-def path_weights(objective_name: str, exposure: float, level: Floats) -> Floats:
-    """Return how much the squared error of each path (paths,) counts, from the brightness around it."""
-    return objective.weights(objective_name, level, exposure)

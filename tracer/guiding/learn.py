@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tracer.core.arrays import Floats
 from tracer.guiding.cells import Grid
-from tracer.guiding.evidence import Evidence
+from tracer.guiding.evidence import Taught
 from tracer.guiding.fit import Tally, chances, slot_moments
 from tracer.guiding.geometry import geometric_moments
 from tracer.guiding.judge import Verdict, judge, sure_rows
@@ -41,7 +41,7 @@ class Lesson:
     """Of what the chances are."""
 
 
-def learn(seen: Evidence, plan: SlotPlan) -> Lesson | None:
+def learn(seen: Taught, plan: SlotPlan) -> Lesson | None:
     """Learn chances from what was seen; None if no light gave anything."""
     trials, squares = seen.trials, seen.squares
     if not squares.any():
@@ -52,7 +52,7 @@ def learn(seen: Evidence, plan: SlotPlan) -> Lesson | None:
     shape = len(found), len(plan.stock)
     middles, ways = (means(values, cell, len(found)) for values in (trials.position, trials.normal))
     geometry = geometric_moments(middles, ways, grid.edge, plan)
-    half = trials.path // seen.block % 2
+    half = trials.path % 2
     cap = float(np.quantile(seen.noise, CAP))
     size = squares / np.square(plan.stock[trials.slot])
     outcome = squares / trials.chance * np.minimum(1, cap / np.maximum(size, 1e-300))

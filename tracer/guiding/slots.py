@@ -67,12 +67,16 @@ def plan_slots(sides: Integers, low: Floats, high: Floats, most: int = MOST_SLOT
 
     ``sides`` (lights,): parts along each side into which each may be cut; ``low``, ``high`` (lights, 3): corners of the
     box around each, infinite where it has no place. If there are more than ``most`` lights, those near each other share
-    a slot, and none is cut.
+    a slot, those without a place have their own, and none is cut.
     """
     light_count = len(sides)
     if light_count > most:
-        order = np.argsort(morton(balls(low, high)[0]), kind="stable")
-        bounds = np.linspace(0, light_count, most + 1).round().astype(np.int64)
+        centre, radius = balls(low, high)
+        alone = np.flatnonzero(~np.isfinite(radius))[: most // 2]
+        rest = np.delete(np.arange(light_count), alone)
+        order = np.concatenate([alone, rest[np.argsort(morton(centre[rest]), kind="stable")]])
+        groups = np.linspace(len(alone), light_count, most - len(alone) + 1).round().astype(np.int64)
+        bounds = np.concatenate([np.arange(len(alone)), groups])
         low, high = np.minimum.reduceat(low[order], bounds[:-1]), np.maximum.reduceat(high[order], bounds[:-1])
         ones, zeros = np.ones(most, np.uint32), np.zeros(most, np.uint32)
         return SlotPlan(indices(order), indices(bounds[:-1]), indices(np.diff(bounds)), ones, zeros, *balls(low, high))

@@ -1,39 +1,46 @@
-"""Draw the samples from which a guide learns: a few paths, along which all lights have the same chance."""
+"""Follow the paths from which a guide learns, and those that show how much it has learned."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from numpy.typing import NDArray
 
 from tracer.core.arrays import Floats, Indices
 from tracer.core.device import to_host, upload
+from tracer.guiding.chosen import Chosen
 from tracer.guiding.table import LightTable
 from tracer.sampling.recordable import Recordable
 from tracer.sampling.samples import camera_rays
 from tracer.scene.view import View
 
 CAMERA_KEYS, PATH_KEYS = (0x1_000C, 0x2_000C), (0x3_000C, 0x4_000C)
-"""Keep both blocks of a pixel apart, and from the samples that make the picture."""
+"""Keep both sequences of a pixel apart, and from the samples that make the picture."""
 VERTICES = 2
 """Number of vertices of a path, from the camera on, whose shadow rays teach."""
 
 
 @dataclass(frozen=True)
 class Paths:
-    """Paths along which lights were tried."""
+    """Paths along which lights were tried: first those that judge, then those that teach."""
 
-    pixel: Indices
-    """(paths,): pixel (grid) of each."""
+    chosen: Chosen
     radiance: Floats
-    """(paths,): mean over the channels of its radiance."""
-    block: int
-    """Paths of a pixel that follow each other in the sampler's sequence. A pixel has two such blocks with sequences of
-    their own: the difference tells how wrong a picture with so many samples is."""
+    """(paths,): mean over the channels of the radiance of each."""
+
+    @property
+    def blocks(self) -> Floats:
+        """(pixels, 2, block): radiance of paths that judge."""
+        return self.radiance[: self.chosen.judge_count].reshape(-1, 2, self.chosen.block)
+
+    @property
+    def teachers(self) -> Floats:
+        """(paths,): radiance of paths that teach; two and two are of the same pixel."""
+        return self.radiance[self.chosen.judge_count :]
 
 
 @dataclass(frozen=True)
@@ -41,7 +48,7 @@ class Trials:
     """Shadow rays of paths, each to a light that was chosen at random."""
 
     path: Indices
-    """(N,): path of each; those of a path follow each other by less than the number of paths."""
+    """(N,): path of each, among those that teach."""
     position: Floats
     """(N, 3): where the shadow ray begins."""
     normal: Floats
@@ -54,27 +61,9 @@ class Trials:
     """(N,): what it would have given to the pixel if the choice had been certain, mean over the channels."""
 
 
-def trained_pixels(pixel_count: int, path_count: int, block: int) -> tuple[Indices, Indices, Indices]:
-    """Return (pixel, sequence, sample index) of about ``path_count`` paths, spread evenly over ``pixel_count`` pixels.
-
-    For each pixel there are ``block`` paths of the sequence 0, and then as many of the sequence 1. Where pixels are few
-    they come again, with the next samples. With n times as many paths every n-th pixel is one of those before.
-    """
-    trained = max(path_count // (2 * block), 1)
-    pixel = (np.arange(trained, dtype=np.uint64) * np.uint64(pixel_count) // np.uint64(trained)).astype(np.uint32)
-    again = np.arange(trained) - np.searchsorted(pixel, pixel)
-    index = (again[:, None, None] * block + np.arange(block)).astype(np.uint32)
-    shape = trained, 2, block
-    sequence = np.arange(2, dtype=np.uint32)[:, None]
-    parts = pixel[:, None, None], sequence, index
-    pixels, sequences, indices = (np.broadcast_to(part, shape).ravel() for part in parts)
-    return pixels, sequences, indices
-
-
-def joined(first: Trials, path_count: int, second: Trials) -> Trials:
-    """Return the trials of two trainings, the first of which had ``path_count`` paths."""
-    later = replace(second, path=second.path + np.uint32(path_count))
-    return Trials(**{name: np.concatenate([getattr(first, name), values]) for name, values in vars(later).items()})
+def joined(parts: Sequence[Trials]) -> Trials:
+    """Return trials one after another."""
+    return Trials(*(np.concatenate(arrays) for arrays in zip(*(vars(part).values() for part in parts), strict=True)))
 
 
 class Trainer(Recordable):
@@ -95,32 +84,27 @@ class Trainer(Recordable):
 
         super().__init__(held, trace)
 
-    def train(self, table: LightTable, seed: int, training: int, path_count: int, block: int) -> tuple[Paths, Trials]:
-        """Follow paths whose lights a table chooses, and return what these gave.
+    def train(self, table: LightTable, seed: int, training: int, chosen: Chosen) -> tuple[Paths, list[Trials]]:
+        """Follow paths whose lights a table chooses; return what they gave, and the trials at each of their vertices.
 
-        The paths are the same for the same seed and number of ``training``, from 0. Their rays of the camera are the
-        same for the same seed: what the camera's rays hit makes no difference between trainings.
+        The paths are the same for the same seed and number of ``training``, from 0. The same samples have the same rays
+        of the camera in all trainings with a seed: what these rays hit makes no difference between trainings.
         """
-        view = self.held[0]
-        chosen = trained_pixels(view.pixel_count, path_count, block)
-        inputs = keys_of(seed, training), *(upload(mi.UInt32, values) for values in chosen)
-        view.integrator.table = table  # an input of the recording, as all that it refers to
-        brightness, lessons = self.call(*inputs)
-        trials = [trials_of(lesson) for lesson in lessons]
-        values = doubles(dr.select(dr.isfinite(brightness), brightness, 0.0))
-        return Paths(chosen[0], values, block), Trials(
-            *(np.concatenate(arrays) for arrays in zip(*trials, strict=True))
-        )
+        arrays = (upload(mi.UInt32, values) for values in (chosen.pixel, chosen.sequence, chosen.index))
+        self.held[0].integrator.table = table  # an input of the recording, as all that it refers to
+        brightness, lessons = self.call(keys_of(seed, training), *arrays)
+        trials = [trials_of(lesson, chosen.judge_count) for lesson in lessons]
+        return Paths(chosen, doubles(dr.select(dr.isfinite(brightness), brightness, 0.0))), trials
 
 
 def keys_of(seed: int, training: int) -> Any:
-    """Return the keys (mi.UInt32, 4) of the camera's sequences of both blocks, and those of what comes after it."""
+    """Return the keys (mi.UInt32, 4) of both sequences of the camera, and of both of what comes after it."""
     keys = [seed ^ key for key in (*CAMERA_KEYS, *(key + training for key in PATH_KEYS))]
     return upload(mi.UInt32, np.array([key & 0xFFFFFFFF for key in keys], np.uint32))
 
 
 def seeded_rays(view: View, sampler: Any, keys: Any, pixel: Any, sequence: Any, index: Any) -> tuple[Any, Any]:
-    """Return (rays, weights) of the paths of ``trained_pixels`` (mi.UInt32), and let a sampler draw what comes after.
+    """Return (rays, weights) of samples (mi.UInt32), as of ``Chosen``, and let a sampler draw what comes after.
 
     ``keys``: from ``keys_of``.
     """
@@ -132,27 +116,27 @@ def seeded_rays(view: View, sampler: Any, keys: Any, pixel: Any, sequence: Any, 
     return ray, weight
 
 
-def trials_of(lesson: Any) -> list[NDArray]:
-    """Return the fields of ``Trials`` of one vertex of all paths; ``lesson``: a ``LightSample``."""
-    path = dr.compress(lesson.taught & dr.all(dr.isfinite(lesson.position) & dr.isfinite(lesson.normal)))
+def trials_of(lesson: Any, judge_count: int) -> Trials:
+    """Return the trials at one vertex of all paths but the first ``judge_count``; ``lesson``: a ``LightSample``."""
+    teaches = dr.arange(mi.UInt32, dr.width(lesson.slot)) >= judge_count
+    is_finite = dr.all(dr.isfinite(lesson.position) & dr.isfinite(lesson.normal))
+    path = dr.compress(lesson.taught & teaches & is_finite)
     if len(path) == 0:
-        return [
-            np.zeros((0, 3) if name in ("position", "normal") else 0, np.uint32 if name in ("path", "slot") else float)
-            for name in Trials.__dataclass_fields__
-        ]
-    slot, chance, given = (
-        dr.gather(type(values), values, path) for values in (lesson.slot, lesson.chance, lesson.given)
+        none, nowhere, numbers = np.zeros(0), np.zeros((0, 3)), np.zeros(0, np.uint32)
+        return Trials(numbers, nowhere, nowhere, numbers, none, none)
+
+    def taken(values: Any) -> Any:
+        return dr.gather(type(values), values, path)
+
+    given = taken(lesson.given)
+    return Trials(
+        path=to_host(path, (-1,)) - np.uint32(judge_count),
+        position=rows_of(taken(lesson.position)),
+        normal=rows_of(taken(lesson.normal)),
+        slot=to_host(taken(lesson.slot), (-1,)),
+        chance=doubles(taken(lesson.chance)),
+        given=doubles(dr.select(dr.isfinite(given), given, 0.0)),
     )
-    place, normal = (dr.gather(type(values), values, path) for values in (lesson.position, lesson.normal))
-    given = dr.select(dr.isfinite(given), given, 0.0)
-    return [
-        to_host(path, (-1,)),
-        rows_of(place),
-        rows_of(normal),
-        to_host(slot, (-1,)),
-        doubles(chance),
-        doubles(given),
-    ]
 
 
 def doubles(values: Any) -> Floats:

@@ -82,6 +82,18 @@ def read(path: Path, advice: str = "remove it to begin anew") -> Checkpoint:
         raise CheckpointError(f"'{path}' is no checkpoint, or a damaged one; {advice}.") from None
 
 
+def was_guided(path: Path) -> bool | None:
+    """Return whether the integrator ``guided`` has drawn what a file holds; None if there is no such file.
+
+    What is wrong with a file is for ``read`` to say.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            return bool(json.loads(archive[HEADER].tobytes())["plain"]["guided"])
+    except Exception:
+        return None
+
+
 def require_kinds(header: dict[str, Any], arrays: Arrays) -> dict[str, Any]:
     """Return a header if its entries, and the arrays, are of the right kind, else raise ValueError."""
     plain = all(isinstance(header[name], dict) for name in ("identity", "frame", "plain", "settings"))

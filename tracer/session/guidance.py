@@ -10,19 +10,20 @@ from typing import Any
 
 import mitsuba as mi
 
+from tracer.guiding.chosen import choose
 from tracer.guiding.effort import (
-    FIRST_PATHS,
+    FIRST_COST,
     HOPE,
     HOPE_FOR_MANY,
+    LEARNING_COST,
     LEAST_PATHS,
     MANY_LIGHTS,
-    TAUGHT,
     LearningCurve,
     block_length,
     look_paths,
     pays,
 )
-from tracer.guiding.evidence import Evidence
+from tracer.guiding.evidence import Judgement, Taught, error_left
 from tracer.guiding.learn import Lesson, learn
 from tracer.guiding.slots import SlotPlan, slots_of
 from tracer.guiding.table import LightChances, LightTable
@@ -34,20 +35,21 @@ from tracer.settings import Settings
 
 MOST_LOST = 0.04
 """Part of the time of a picture that a look may take which nobody has asked for: it may be in vain."""
-LEAST_UNASKED = 1 << 20
-"""Fewest paths of a picture of many lights that learns unasked."""
-OPEN_SPP = 64
+LEAST_UNASKED, LEAST_SECONDS = 1 << 22, 60.0
+"""Fewest paths of a picture of many lights that learns unasked, and fewest seconds of a picture that has a limit."""
+OPEN_SPP = 16
 """Samples per pixel for which a picture learns that ends with a noise target or a time, if not fewer are allowed."""
 
 
-def with_guide(view: View, settings: Settings) -> View:
+def with_guide(view: View, settings: Settings, was_guided: bool | None = None) -> View:
     """Return a view whose integrator can learn about lights, if that is asked for and possible; else the same view.
 
     The setting ``guide`` asks for it, or the integrator ``guided``. If it is left out, ``path`` learns where a look in
-    vain would not be felt.
+    vain would not be felt. ``was_guided``: whether the render that is gone on with did; None for a new one.
     """
     is_path = view.integrator.class_name() == "PathIntegrator"
-    if is_guided(view) or (is_path and (settings.guide or learns_unasked(view, settings))):
+    learns = settings.guide or learns_unasked(view, settings) if was_guided is None else was_guided
+    if is_guided(view) or (is_path and learns):
         view = guided_view(view)
         choose_by(view, None)
     return view
@@ -58,10 +60,11 @@ def learns_unasked(view: View, settings: Settings) -> bool:
 
     The criterion "uniform" is what others are measured by: there only who asks for it learns.
     """
-    if settings.guide is not None or settings.criterion == "uniform":
+    is_short = settings.time is not None and settings.time < LEAST_SECONDS
+    if settings.guide is not None or settings.criterion == "uniform" or is_short:
         return False
     total, light_count = learning_spp(settings) * view.pixel_count, len(view.scene.emitters())
-    is_unfelt = TAUGHT * 2 * look_paths(total) + FIRST_PATHS <= MOST_LOST * total
+    is_unfelt = LEARNING_COST * 2 * look_paths(total) + FIRST_COST <= MOST_LOST * total
     return (light_count >= MANY_LIGHTS and total >= LEAST_UNASKED) or (light_count > 0 and is_unfelt)
 
 
@@ -113,20 +116,20 @@ def guided_like(path: Any, hide_emitters: bool) -> Any:
 atexit.register(guided_like.cache_clear)  # before Mitsuba is unloaded
 
 
-def begin_guided(view: View, settings: Settings, recorder: Recorder, state: State, keep: bool) -> None:
+def begin_guided(view: View, settings: Settings, recorder: Recorder, state: State, caution: float, keep: bool) -> None:
     """Learn about lights if the view can and nothing is drawn yet, or take over what the state has learned.
 
-    ``keep``: as for ``learn_lights``.
+    ``caution``, ``keep``: as for ``learn_lights``.
     """
     if not is_guided(view):
         if settings.guide:
             name = view.integrator.class_name()
             recorder.report.note(f"Not guided: that takes the integrator 'path' or 'guided', and this is a {name}.")
         return
+    state.guided = True
     if state.done == 0 and state.guide is None and settings.guide is not False:
         with recorder.timing("seconds_guiding"):
             spp = learning_spp(settings)
-            caution = 0.0 if settings.guide else 1.0
             lesson = learn_lights(view, spp, settings.seed, settings.objective, settings.exposure, caution, keep)
         if lesson is not None:
             state.guide = lesson.learned
@@ -136,6 +139,8 @@ def begin_guided(view: View, settings: Settings, recorder: Recorder, state: Stat
             )
             choose_by(view, lesson.learned, lesson.plan)
             return
+        if settings.guide:
+            recorder.report.note("Not guided: to learn which lights matter where is not expected to pay here.")
     choose_by(view, state.guide)
 
 
@@ -156,27 +161,32 @@ def learn_lights(
     """
     plan = slots_of(view.scene) if view.scene.emitters() else None
     total = spp * view.pixel_count
-    path_count = look_paths(total)
-    if plan is None or len(plan.stock) < 2 or path_count < LEAST_PATHS or not all_alike(view.scene):
+    teachers = judges = look_paths(total) // 2
+    if plan is None or len(plan.stock) < 2 or teachers < LEAST_PATHS or not all_alike(view.scene):
         return None
-    if not pays(HOPE if len(plan.order) < MANY_LIGHTS else HOPE_FOR_MANY, total, 2 * path_count):
+    if not pays(HOPE if len(plan.order) < MANY_LIGHTS else HOPE_FOR_MANY, total, 2 * (teachers + judges)):
         return None
 
+    block = block_length(judges, spp)
     lesson: Lesson | None = None
-    seen: Evidence | None = None
+    taught: Taught | None = None
+    judgements: list[Judgement] = []
     curve = LearningCurve()
-    block = block_length(path_count, spp)
     with recorded_training(view, keep) as trainer:
-        while path_count > 0:
+        while teachers > 0:
+            known = 0 if taught is None else taught.path_count
+            chosen = choose(view.grid, judges // (2 * block), block, known // 2, teachers // 2)
             table = LightTable.of(view.scene, plan, LightChances.stock(plan) if lesson is None else lesson.learned)
-            paths, trials = trainer.train(table, seed, len(curve.left), path_count, block)
-            seen = Evidence.of(paths, trials, view.grid, objective, exposure).after(seen)
-            lesson = learn(seen, plan)
+            paths, trials = trainer.train(table, seed, len(judgements), chosen)
+            taught = Taught.of(paths, trials, view.grid, objective, exposure).after(taught)
+            judgements.append(Judgement.of(paths))
+            lesson = learn(taught, plan)
             if lesson is None:
                 return None
-            curve.add(seen.path_count, 1 / lesson.gain, *seen.error_left())
-            path_count = curve.further_paths(total)
-    is_sure = len(curve.left) > 1 and pays(curve.gain(caution), total)
+            measured = error_left(judgements[0], judgements[-1], view.grid, objective, exposure)
+            curve.add(taught.path_count, 1 / lesson.gain, *measured)
+            teachers = curve.further_paths(total)
+    is_sure = len(judgements) > 1 and pays(curve.gain(caution), total)
     return replace(lesson, gain=curve.gain()) if lesson is not None and is_sure else None
 
 

@@ -23,9 +23,10 @@ from tracer.sampling.samples import make_sampler
 from tracer.scene.loaded import LoadedScene
 from tracer.scene.view import View, open_scene
 from tracer.session import memory
+from tracer.session.checkpoint import was_guided
 from tracer.session.develop import finish
 from tracer.session.first_look import FirstLook
-from tracer.session.guidance import begin_guided, with_guide
+from tracer.session.guidance import begin_guided, choose_by, is_guided, with_guide
 from tracer.session.keeper import make_keeper
 from tracer.session.local_drawer import Drawer, DrawerFor, LocalDrawer
 from tracer.session.output import write_picture
@@ -88,7 +89,8 @@ def begun(
     """
     scene_hash = scene_hash_of(request) if scene_hash is None else scene_hash
     settings, samples_name = settings_of(request, view)
-    view = with_guide(view, settings)
+    file = request.checkpoint
+    asked_view, view = view, with_guide(view, settings, was_guided(file.path) if file and file.goes_on else None)
     recorder = Recorder(Report(settings))
     clock = Clock(settings.time, recorder.start if started is None else started, view.pixel_count)
     clock.keep_back(view.pixel_count * (FEATURE_SECONDS * request.features + DENOISE_SECONDS * request.denoise))
@@ -102,13 +104,15 @@ def begun(
         criterion = criteria.get(settings.criterion)
         schedule = Schedule(settings, criterion, view.pixel_count, clock)
         state = State.beginning(drawer.empty(), settings)
-        keeper = make_keeper(request, view, settings, weights, scene_hash, samples_name, at_risk=drawer_for is not None)
+        at_risk = drawer_for is not None
+        keeper = make_keeper(request, asked_view, settings, weights, scene_hash, samples_name, at_risk)
         if keeper is not None:
             state = keeper.load(state, drawer.empty())
             state.plan_anew(schedule.budget)
         state.meter.counted = (weights > 0)[view.inner] if np.any(weights == 0) else None
         recorder.begin(state, remarks)
-        begin_guided(view, settings, recorder, state, keep=was_open(request))
+        asked = settings.guide or is_guided(asked_view)
+        begin_guided(view, settings, recorder, state, caution=0.0 if asked else 1.0, keep=was_open(request))
         if keeper is not None and state.features is None:
             with recorder.timing("seconds_features"):
                 state.features = draw_denoising_features(view, make_sampler(), settings.seed)
@@ -119,7 +123,10 @@ def begun(
                 f"{settings.pilot_samples} samples per pixel; use a larger spp or set pilot_spp."
             )
         reporter = ProgressReporter(request.progress, schedule, recorder)
-        yield Rendering(view, state, planner, drawer, schedule, keeper, reporter, recorder)
+        try:
+            yield Rendering(view, state, planner, drawer, schedule, keeper, reporter, recorder)
+        finally:
+            choose_by(view, None)  # what was learned is of this picture
 
 
 def complete(rendering: Rendering, request: Request) -> Result:

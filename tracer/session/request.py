@@ -35,6 +35,11 @@ class CheckpointFile:
     overwrite: bool = False
     """Whether to begin anew and replace the file, if it is there."""
 
+    @property
+    def goes_on(self) -> bool:
+        """Whether a render goes on from the file."""
+        return self.resume and not self.overwrite and self.path.exists()
+
 
 @dataclass(frozen=True)
 class PictureFile:

@@ -53,6 +53,8 @@ class State:
     """What is seen in each pixel, so that a merge, which has no scene, can be denoised; None without a checkpoint."""
     guide: LightChances | None = None
     """By which lights are chosen; None: as Mitsuba does."""
+    guided: bool = False
+    """Whether the integrator ``guided`` draws, if only because it has looked for something to learn."""
     rounds: list[Round] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
@@ -92,7 +94,7 @@ class State:
         for name, estimate in (("estimate", self.estimate), ("held_out", self.held_out)):
             if estimate is not None:
                 arrays |= {f"{name}.{k}": array for k, array in enumerate(estimate.state())}
-        plain = {name: getattr(self, name) for name in ("done", "held_out_samples", "looked", "notes")}
+        plain = {name: getattr(self, name) for name in ("done", "held_out_samples", "looked", "guided", "notes")}
         plain |= {
             "factor": self.meter.factor,
             "scale": self.meter.scale,
@@ -107,7 +109,7 @@ class State:
         if "held_out.0" in arrays:
             new.restore(numbered_arrays(arrays, "held_out"))
             self.held_out = new
-        for name in ("done", "held_out_samples", "looked", "notes"):
+        for name in ("done", "held_out_samples", "looked", "guided", "notes"):
             if type(plain[name]) is not type(getattr(self, name)):
                 raise ValueError(f"{name} is of another kind")
             setattr(self, name, plain[name])

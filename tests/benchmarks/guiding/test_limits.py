@@ -11,7 +11,7 @@ from tracer.guiding.training import Trials
 def test_a_part_that_gives_nothing_is_not_worth_its_vertices():
     first = np.random.default_rng(1).exponential(size=4000)
     steps = np.stack([first, 0 * first])
-    found = roulette_limit(steps, np.ones(4000), 1, np.array([1.0, 3.0]))
+    found = roulette_limit(steps, np.ones(4000), np.array([1.0, 3.0]))
     assert found == pytest.approx(1 / (1 / 4 + 0.01 * 3 / 4), rel=0.01)  # all but one in a hundred paths end
 
 
@@ -20,7 +20,7 @@ def test_two_parts_agree_with_the_analytic_optimum():
     random = np.random.default_rng(2)
     size, cost = 0.09, 4.0
     steps = np.stack([random.normal(size=400000), np.sqrt(size) * random.normal(size=400000)])
-    found = roulette_limit(steps, np.ones(400000), 1, np.array([1.0, cost]))
+    found = roulette_limit(steps, np.ones(400000), np.array([1.0, cost]))
     best = (1 + np.sqrt(size * cost)) ** 2
     assert found == pytest.approx((1 + size) * (1 + cost) / best, rel=0.02)
 
@@ -28,11 +28,11 @@ def test_two_parts_agree_with_the_analytic_optimum():
 def test_what_pays_is_left_as_it_is():
     random = np.random.default_rng(3)
     steps = np.stack([random.normal(size=20000), 3 * random.normal(size=20000)])
-    assert roulette_limit(steps, np.ones(20000), 1, np.ones(2)) == 1
+    assert roulette_limit(steps, np.ones(20000), np.ones(2)) == 1
 
 
 def test_equal_paths_have_no_noise():
-    assert roulette_limit(np.ones((2, 8)), np.ones(8), 1, np.ones(2)) == 1
+    assert roulette_limit(np.ones((2, 8)), np.ones(8), np.ones(2)) == 1
 
 
 def test_parts_become_whole_lights():
