@@ -67,7 +67,7 @@ def test_each_light_gets_even_numbers(kinds):
         assert place.min() >= plan.first[slot]
         assert place.max() < plan.first[slot] + plan.count[slot]
         assert np.bincount(place - plan.first[slot]).min() >= side**2 // plan.count[slot] - 2 * side
-        row, column = divmod(int(plan.part[slot]), int(plan.side[slot]))
+        column, row = divmod(int(plan.part[slot]), int(plan.side[slot]))
         for values, begin in ((inner.x.numpy(), column), (inner.y.numpy(), row)):
             scaled = values * plan.side[slot] - begin
             assert abs(scaled.mean() - 0.5) < 0.02

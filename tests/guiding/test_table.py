@@ -25,9 +25,10 @@ def table_of(scene, seed=0):
 
 
 def even_numbers(count=COUNT):
-    """Return numbers that fill the unit square: a van der Corput sequence, and a random number."""
-    x = (np.arange(count) + 0.5) / count
-    return mi.Point2f(upload(mi.Float, x), upload(mi.Float, np.random.default_rng(1).random(count)))
+    """Return numbers that fill the unit square evenly (Hammersley, 1960)."""
+    number, bits = np.arange(count), count.bit_length() - 1
+    reversed_bits = sum(((number >> bit) & 1) << (bits - 1 - bit) for bit in range(bits))
+    return mi.Point2f(upload(mi.Float, (number + 0.5) / count), upload(mi.Float, (reversed_bits + 0.5) / count))
 
 
 @pytest.mark.parametrize("kinds", [("area", "sky", "point"), ("point",) * 600, ("area",)])
@@ -38,13 +39,27 @@ def test_each_slot_and_light_is_chosen_as_often_as_the_table_says(kinds, row):
     first = mi.UInt32(row * len(plan.stock)) + mi.UInt32(np.zeros(COUNT, np.uint32))
     choice = table.choose(first, even_numbers())
     slots = np.bincount(choice.slot.numpy(), minlength=len(plan.stock)) / COUNT
-    assert np.allclose(slots, chances[row], atol=1.5 / COUNT)
+    uncut = plan.side == 1  # the others are chosen by both numbers
+    assert np.allclose(slots[uncut], chances[row][uncut], atol=1.5 / COUNT)
+    assert np.allclose(slots, chances[row], atol=12 / COUNT)
     place = table.slots.place_of(choice.light).numpy()
     lights = np.bincount(place, minlength=len(plan.order))
     said = np.zeros(len(plan.order))
     said[place] = choice.light_chance.numpy()
     assert np.allclose(lights / COUNT, said, atol=3 / COUNT)
     assert np.allclose(choice.slot_chance.numpy(), chances[row][choice.slot.numpy()], rtol=1e-3)
+
+
+@pytest.mark.parametrize("kinds", [("sky",), ("area",), ("point", "point")])
+def test_with_the_chances_of_mitsuba_a_light_gets_the_same_numbers(kinds):
+    """So a guide that has learned nothing is as even as ``path``."""
+    scene = scene_with_lights(*kinds)
+    table, _, _ = table_of(scene)
+    number = even_numbers()
+    choice = table.choose(mi.UInt32(np.zeros(COUNT, np.uint32)), number)
+    x = number.x.numpy() * len(kinds)
+    assert np.allclose(choice.number.x.numpy(), x - np.floor(x), atol=1e-4)
+    assert np.allclose(choice.number.y.numpy(), number.y.numpy(), atol=1e-4)
 
 
 @pytest.mark.parametrize("kinds", [("area", "sky", "point"), ("point",) * 600])

@@ -104,7 +104,9 @@ def render(
     ] = None,
     guide: Annotated[
         bool | None,
-        typer.Option("--guide/--no-guide", help="Learn which lights matter where.", rich_help_panel=Panel.WHERE),
+        typer.Option(
+            "--guide/--no-guide", help="Learn which lights matter. (where it may pay)", rich_help_panel=Panel.WHERE
+        ),
     ] = None,
     memory: Annotated[float | None, typer.Option(help="Most memory to use, in GiB.")] = None,
     workers: options.Workers = None,

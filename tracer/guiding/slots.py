@@ -1,7 +1,8 @@
 """Slots: what a guide chooses among. A slot is a light, a part of a large light, or a group of lights near each other.
 
 The sampler's number that chooses a slot is stretched, so that it goes on to choose the light of a group, and the place
-within a part: a sequence that fills the unit square evenly still does.
+within a part. Of a light that is cut into parts the first number chooses the column, and the second one the row: a
+sequence that fills the unit square evenly still does.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ class SlotPlan:
     side: Indices
     """(slots,): parts along each side into which the light of the slot is cut."""
     part: Indices
-    """(slots,): which part of its light a slot is, row by row."""
+    """(slots,): which part of its light a slot is, column by column."""
     centre: Floats
     """(slots, 3): in the middle of the lights of each slot."""
     radius: Floats
@@ -158,8 +159,8 @@ def part_boxes(light: Any, side: int) -> tuple[Floats, Floats]:
     place = place.reshape(PROBES * side + 1, PROBES * side + 1, 3)
     parts = [
         place[PROBES * k : PROBES * k + PROBES + 1, PROBES * n : PROBES * n + PROBES + 1].reshape(-1, 3)
-        for k in range(side)
         for n in range(side)
+        for k in range(side)
     ]
     return np.stack([part.min(axis=0) for part in parts]), np.stack([part.max(axis=0) for part in parts])
 
@@ -183,6 +184,8 @@ class Slots:
     """Steps of a search among the slots."""
     is_simple: bool
     """Whether each light has a slot of its own, the whole of it."""
+    row_steps: int
+    """Steps of a search among the rows of a light that is cut into parts; 0 if none is."""
 
     @classmethod
     def of(cls, scene: Any, plan: SlotPlan) -> Slots:
@@ -204,6 +207,7 @@ class Slots:
             slot_count=dr.opaque(mi.UInt32, slot_count),
             steps=(slot_count - 1).bit_length(),
             is_simple=slot_count == len(plan.order),
+            row_steps=int(plan.side.max(initial=1)).bit_length() - 1,
         )
 
     def place_of(self, light: Any) -> Any:
@@ -215,6 +219,11 @@ class Slots:
         """Return first and last slot (mi.UInt32) of lights by place, and how many lights share them (mi.Float)."""
         first, last, shared, _ = dr.gather(mi.Vector4u, self.of_light, place, active)
         return first, last, mi.Float(shared)
+
+    def column_of(self, slot: Any, active: Any) -> tuple[Any, Any]:
+        """Return the first slot (mi.UInt32) of the column of parts that a slot is in, and how many it has."""
+        _, _, side, part = dr.gather(mi.Vector4u, self.of_slot, slot, active)
+        return slot - (part - part // dr.maximum(side, 1) * side), side
 
     def within(self, slot: Any, number: Any, active: Any) -> tuple[Any, Any, Any]:
         """Choose a light of each ``slot`` (mi.UInt32), and the place on it.
@@ -229,7 +238,7 @@ class Slots:
         stretched = number.x * mi.Float(count)
         chosen = dr.minimum(mi.UInt32(stretched), count - 1)
         x = stretched - mi.Float(chosen)
-        row = part // dr.maximum(side, 1)
+        column = part // dr.maximum(side, 1)
         width = dr.rcp(mi.Float(side))
-        inner = mi.Point2f((mi.Float(part - row * side) + x) * width, (mi.Float(row) + number.y) * width)
+        inner = mi.Point2f((mi.Float(column) + x) * width, (mi.Float(part - column * side) + number.y) * width)
         return first + chosen, dr.minimum(inner, ONE), dr.square(mi.Float(side)) / mi.Float(count)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from tracer.core.arrays import Indices, Singles
 from tracer.core.device import upload
 from tracer.guiding.cells import CellFinder, Grid
-from tracer.guiding.slots import SlotPlan, Slots
+from tracer.guiding.slots import ONE, SlotPlan, Slots
 
 
 @dataclass(frozen=True)
@@ -104,13 +104,37 @@ class LightTable:
             further = slot + (1 << step)
             is_below = dr.gather(mi.Float, self.sums, row + further - 1, active & (further <= last)) <= number.x
             slot = dr.select((further <= last) & is_below, further, slot)
-        low = dr.gather(mi.Float, self.sums, row + slot - 1, active & (slot > 0))
-        chance = dr.gather(mi.Float, self.sums, row + slot, active) - low
-        x = (number.x - low) / chance
-        place, inner, share = self.slots.within(slot, mi.Point2f(x, number.y), active)
+        if self.slots.row_steps > 0:
+            slot, chance, stretched = self.choose_row(row, slot, number, active)
+        else:
+            low, chance = self.interval(row, slot, slot, active)
+            stretched = mi.Point2f((number.x - low) / chance, number.y)
+        place, inner, share = self.slots.within(slot, stretched, active)
         light = dr.gather(mi.EmitterPtr, self.slots.lights, place, active)
         light_chance = chance if self.slots.is_simple else self.chance_of_place(row, place, active)
         return Choice(slot, light, inner, chance, chance * share, light_chance)
+
+    def interval(self, row: Any, first: Any, last: Any, active: Any) -> tuple[Any, Any]:
+        """Return the sum of the chances (mi.Float) of all slots before ``first``, and of those up to ``last``."""
+        low = dr.gather(mi.Float, self.sums, row + first - 1, active & (first > 0))
+        return low, dr.gather(mi.Float, self.sums, row + last, active) - low
+
+    def choose_row(self, row: Any, slot: Any, number: Any, active: Any) -> tuple[Any, Any, Any]:
+        """Choose another slot in the column of ``slot`` by the second number.
+
+        Returns the slot (mi.UInt32), its chance (mi.Float), and what is left of both numbers (mi.Point2f).
+        """
+        first, side = self.slots.column_of(slot, active)
+        low, width = self.interval(row, first, first + side - 1, active)
+        step, target = mi.UInt32(0), number.y * width
+        for power in reversed(range(self.slots.row_steps)):
+            further = step + (1 << power)
+            up_to = dr.gather(mi.Float, self.sums, row + first + further - 1, active & (further < side)) - low
+            step = dr.select((further < side) & (up_to <= target), further, step)
+        slot = first + step
+        before, chance = self.interval(row, slot, slot, active)
+        y = dr.select(side > 1, (target - (before - low)) / chance, number.y)
+        return slot, chance, mi.Point2f((number.x - low) / width, dr.clip(y, 0.0, ONE))
 
     def chance_of(self, row: Any, light: Any, active: Any = True) -> Any:
         """Return the chance (mi.Float) with which a row chooses a light (mi.EmitterPtr), whichever its part."""
@@ -121,6 +145,4 @@ class LightTable:
         first, last, shared = place, place, mi.Float(1.0)
         if not self.slots.is_simple:
             first, last, shared = self.slots.slots_of_place(place, active)
-        low = dr.gather(mi.Float, self.sums, row + first - 1, active & (first > 0))
-        high = dr.gather(mi.Float, self.sums, row + last, active)
-        return (high - low) / shared
+        return self.interval(row, first, last, active)[1] / shared
