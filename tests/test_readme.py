@@ -14,7 +14,7 @@ def test_quoted_tables_are_those_of_the_results():
     readme = (ROOT / "README.md").read_text()
     assert quote(readme, ROOT) == readme, "run python -m tracer.study.quote README.md"
     blocks = BLOCK.findall(readme)
-    assert len(blocks) == 11
+    assert len(blocks) == 12
     assert all(block[3].count("\n") > 3 for block in blocks)
 
 
