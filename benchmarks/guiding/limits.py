@@ -24,12 +24,9 @@ def limits(choices: Choices, grid: tuple[int, int], plan: SlotPlan) -> dict[str,
     and both directions: what each takes from the variance adds up.
     """
     paths = choices.paths
-    weight = weights_of(paths, grid)
-    noise = 0.5 * weight[::2] * np.square(paths.radiance[::2] - paths.radiance[1::2])
 
     def gain(trials: Trials, own_plan: SlotPlan) -> float:
-        squares = np.square(trials.given) * weight[trials.path]
-        lesson = learn(Taught(trials, squares, noise, paths.radiance.size), own_plan)
+        lesson = learn(Taught.of(paths, [trials], grid, "relative", 0.0), own_plan)
         return lesson.gain if lesson is not None else 1.0
 
     found = {"lights": gain(of_whole_lights(choices.lights, plan), whole(plan)), "parts": gain(choices.lights, plan)}

@@ -50,7 +50,7 @@ class Keeper:
 
     def __init__(self, file: CheckpointFile, header: Checkpoint, at_risk: bool = False) -> None:
         """``header``: what the file says of the render, without its state; ``at_risk``: see ``save_after_round``."""
-        self.path, self.resume, self.header = file.path, file.resume and not file.overwrite, header
+        self.path, self.goes_on, self.header = file.path, file.goes_on, header
         self.at_risk = at_risk
         self.writes = Writes(file.every)
         self.complaints: list[str] = []
@@ -63,7 +63,7 @@ class Keeper:
 
         ``empty``: another estimate without samples, for those that are held out.
         """
-        if not self.resume or not self.path.exists():
+        if not self.goes_on:
             return beginning
         stored = checkpoint.read(self.path)
         if other := differences(self.header.identity, stored.identity):
