@@ -72,10 +72,10 @@ def test_the_same_scene_may_be_rendered_with_and_without(lamps):
 
 
 @pytest.mark.parametrize("kinds", [(), ("point",), ("sun",)], ids=str)
-def test_where_there_is_nothing_to_choose_nothing_is_learned(kinds):
+def test_where_there_is_nothing_to_choose_nothing_is_learned(kinds, monkeypatch):
+    monkeypatch.setattr(guidance, "recorded_training", None)
     scene = scene_with_lights(*kinds)
     result = render(scene, guide=True)
-    assert result.report.seconds_guiding < 1
     assert not any(note.startswith("Guided") for note in result.report.notes)
     assert np.allclose(result.image, render(scene).image, rtol=1e-4, atol=1e-5)
 
