@@ -40,7 +40,7 @@ from tracer.core.device import seed_number
 from tracer.errors import SettingsError
 from tracer.guiding.table import LightChances, LightTable
 from tracer.scene.view import open_scene
-from tracer.session.guidance import choose_by, learn_lights
+from tracer.session.guidance import Terms, choose_by, learn_lights
 
 NO_LIMIT = 2**32 - 1
 
@@ -98,7 +98,7 @@ class GuidedIntegrator(mi.SamplingIntegrator):
         chosen_sensor = sensor if isinstance(sensor, mi.Sensor) else scene.sensors()[sensor]
         with dr.suspend_grad(), open_scene(scene, chosen_sensor, self) as view:
             spp_of_picture = spp or chosen_sensor.sampler().sample_count()
-            lesson = learn_lights(view, spp_of_picture, seed_number(seed), keep=True)
+            lesson = learn_lights(view, spp_of_picture, seed_number(seed), terms=Terms(keep=True))
             if lesson is None:
                 choose_by(view, None)
             else:

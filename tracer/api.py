@@ -50,10 +50,11 @@ def render(
     $parameters of a file. ``importance``: array (H, W) or image file whose values multiply each pixel's importance.
     ``checkpoint``: file in which the state is kept, every ``checkpoint_every`` seconds and at the end; ``resume``: go
     on from it if it exists; ``overwrite``: begin anew and replace it. ``memory_limit``: most memory in GiB; passes are
-    made small enough for it. ``features``: whether to return what the camera's rays hit first; ``denoise``: whether to
-    take the noise out of the picture, with the help of these features. ``cluster``: draw on workers, given as their
-    number on this machine, the address of a Dask scheduler, or a ``distributed.Client``; the picture is the same, and
-    the scene must be a file. ``started``: value of ``time.perf_counter()`` from which a time limit counts; None: now.
+    made small enough for it, and lights are learned from fewer paths. ``features``: whether to return what the camera's
+    rays hit first; ``denoise``: whether to take the noise out of the picture, with the help of these features.
+    ``cluster``: draw on workers, given as their number on this machine, the address of a Dask scheduler, or a
+    ``distributed.Client``; the picture is the same, and the scene must be a file. ``started``: value of
+    ``time.perf_counter()`` from which a time limit counts; None: now.
 
     Further keywords are those of ``tracer.settings.Settings``: spp, noise, time, seed, criterion, objective, exposure,
     pilot_spp, min_spp, max_spp, cost, block, guide, unbiased, shape_weights. If the scene's integrator is ``adaptive``,

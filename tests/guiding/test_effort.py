@@ -39,6 +39,15 @@ def test_a_look_that_promises_nothing_is_the_last():
     assert curve_of((1000, 0.9, 1.0)).further_paths(10**7) == 1000
 
 
+def test_it_ends_at_the_most_paths():
+    curve, count, known = LearningCurve(most_paths=5000), 1000, 0
+    while count:
+        known += count
+        curve.add(known, 500 / known, 500 / known, 0.1)
+        count = curve.further_paths(10**9)
+    assert known == 5000
+
+
 def test_a_promise_that_is_not_kept_ends_it():
     """What is measured counts, and not what was foretold."""
     curve = curve_of((1000, 0.2, 1.0), (2000, 0.2, 1.1))

@@ -12,7 +12,7 @@ import tracer
 from tracer.errors import SettingsError
 from tracer.sampling.passes import PASS_SIZES
 from tracer.scene.frame import PlainFrame
-from tracer.session.memory import GIB, SMALLEST_PASS, largest_pass, need
+from tracer.session.memory import GIB, SMALLEST_PASS, largest_pass, most_learning_paths, need
 from tracer.settings import make_settings
 
 SCRIPT = """
@@ -63,6 +63,15 @@ def test_a_limit_is_kept(tmp_path, width, height, limit):
 def test_what_a_limit_does_not_hold_is_refused_before_the_first_ray(cornell):
     with pytest.raises(SettingsError, match=r"needs about .* GiB, of which pixels take .*, and may take 2;"):
         tracer.render(cornell(size=(4000, 3000)), spp=1, memory_limit=2.0)
+
+
+def test_less_is_learned_where_memory_is_short():
+    found = need(PlainFrame((100, 100), 0, ["R"] * 3, 2, (0, 0, 100, 100)), make_settings())
+    taken = found.total(0) / GIB
+    assert most_learning_paths(found, None, 1 << 20) == 1 << 20
+    assert most_learning_paths(found, taken, 1 << 20) == 0
+    assert 0 < most_learning_paths(found, taken + 0.5, 1 << 20) < 1 << 20
+    assert most_learning_paths(found, taken + 4, 1 << 20) == 1 << 20
 
 
 @given(limit=st.floats(0.5, 64.0), channels=st.integers(1, 12), side=st.integers(1, 4000))

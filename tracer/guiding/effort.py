@@ -67,6 +67,8 @@ class LearningCurve:
     """For each time, what the paths that taught say that is left."""
     doubt: float = 0.0
     """Relative standard error of what is left."""
+    most_paths: int = MOST_PATHS
+    """Most paths that teach."""
 
     def add(self, path_count: int, foretold: float, measured: float, doubt: float) -> None:
         """Take in that something was learned from ``path_count`` paths.
@@ -93,8 +95,8 @@ class LearningCurve:
         """
         path_count, left = self.left[-1]
         if len(self.left) == 1:  # as many again show whether what was foretold is true
-            return path_count if left * WORTH_A_LOOK < 1 else 0
-        more = min(MORE * path_count, MOST_PATHS)
+            return min(path_count, self.most_paths - path_count) if left * WORTH_A_LOOK < 1 else 0
+        more = min(MORE * path_count, self.most_paths)
         count_before, left_before = self.left[-2]
         expected = left - (left_before - left) * (1 - path_count / more) / (path_count / count_before - 1)
         goes_on = expected * (total + LEARNING_COST * more) * WORTH_MORE < left * (total + LEARNING_COST * path_count)

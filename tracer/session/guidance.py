@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import atexit
 import re
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -18,6 +18,7 @@ from tracer.guiding.effort import (
     LEARNING_COST,
     LEAST_PATHS,
     MANY_LIGHTS,
+    MOST_PATHS,
     LearningCurve,
     block_length,
     look_paths,
@@ -116,11 +117,20 @@ def guided_like(path: Any, hide_emitters: bool) -> Any:
 atexit.register(guided_like.cache_clear)  # before Mitsuba is unloaded
 
 
-def begin_guided(view: View, settings: Settings, recorder: Recorder, state: State, caution: float, keep: bool) -> None:
-    """Learn about lights if the view can and nothing is drawn yet, or take over what the state has learned.
+@dataclass(frozen=True)
+class Terms:
+    """On which terms a render learns."""
 
-    ``caution``, ``keep``: as for ``learn_lights``.
-    """
+    caution: float = 0.0
+    """How many standard errors are taken off the gain before it is believed."""
+    keep: bool = False
+    """Whether the next render of the scene may use what is recorded in this one."""
+    most_paths: int = MOST_PATHS
+    """From how many paths it may learn."""
+
+
+def begin_guided(view: View, settings: Settings, recorder: Recorder, state: State, terms: Terms) -> None:
+    """Learn about lights if the view can and nothing is drawn yet, or take over what the state has learned."""
     if not is_guided(view):
         if settings.guide:
             name = view.integrator.class_name()
@@ -130,7 +140,7 @@ def begin_guided(view: View, settings: Settings, recorder: Recorder, state: Stat
     if state.done == 0 and state.guide is None and settings.guide is not False:
         with recorder.timing("seconds_guiding"):
             spp = learning_spp(settings)
-            lesson = learn_lights(view, spp, settings.seed, settings.objective, settings.exposure, caution, keep)
+            lesson = learn_lights(view, spp, settings.seed, settings.objective, settings.exposure, terms)
         if lesson is not None:
             state.guide = lesson.learned
             recorder.report.note(
@@ -150,18 +160,15 @@ def learn_lights(
     seed: int,
     objective: str = "relative",
     exposure: float = 0.0,
-    caution: float = 0.0,
-    keep: bool = False,
+    terms: Terms = Terms(),
 ) -> Lesson | None:
     """Return what a few paths of a guided view teach, or None if that is not worth the time it takes to use it.
 
-    ``spp``: samples per pixel that the picture will have; ``objective``, ``exposure``: see ``tracer.settings``;
-    ``caution``: how many standard errors are taken off the gain before it is believed; ``keep``: whether the next
-    render of the scene may use what is recorded in this one.
+    ``spp``: samples per pixel that the picture will have; ``objective``, ``exposure``: see ``tracer.settings``.
     """
     plan = slots_of(view.scene) if view.scene.emitters() else None
     total = spp * view.pixel_count
-    teachers = judges = look_paths(total) // 2
+    teachers = judges = min(look_paths(total), terms.most_paths) // 2
     if plan is None or len(plan.stock) < 2 or teachers < LEAST_PATHS or not all_alike(view.scene):
         return None
     if not pays(HOPE if len(plan.order) < MANY_LIGHTS else HOPE_FOR_MANY, total, 2 * (teachers + judges)):
@@ -171,8 +178,8 @@ def learn_lights(
     lesson: Lesson | None = None
     taught: Taught | None = None
     judgements: list[Judgement] = []
-    curve = LearningCurve()
-    with recorded_training(view, keep) as trainer:
+    curve = LearningCurve(most_paths=terms.most_paths)
+    with recorded_training(view, terms.keep) as trainer:
         while teachers > 0:
             known = 0 if taught is None else taught.path_count
             chosen = choose(view.grid, judges // (2 * block), block, known // 2, teachers // 2)
@@ -186,7 +193,7 @@ def learn_lights(
             measured = error_left(judgements[0], judgements[-1], view.grid, objective, exposure)
             curve.add(taught.path_count, 1 / lesson.gain, *measured)
             teachers = curve.further_paths(total)
-    is_sure = len(judgements) > 1 and pays(curve.gain(caution), total)
+    is_sure = len(judgements) > 1 and pays(curve.gain(terms.caution), total)
     return replace(lesson, gain=curve.gain()) if lesson is not None and is_sure else None
 
 

@@ -39,6 +39,8 @@ SAMPLE = 30.0
 """Bytes that each sample of a pass takes, whatever its channels."""
 SAMPLE_CHANNEL = 14.0
 """Bytes that each sample of a pass takes for each channel."""
+LEARNING, LEARNING_PATH = 300e6, 700.0
+"""Bytes that learning which lights matter takes, whatever the number of paths, and for each path, beside the scene."""
 SMALLEST_PASS = 1 << 16
 """Samples of the smallest pass that a limit of memory can lead to."""
 LARGE = 2 * GIB
@@ -104,6 +106,13 @@ def largest_pass(needed: Need, limit: float | None) -> int:
             f"take {limit:g}; render a smaller size, or part by part with crop."
         )
     return fitting[-1]
+
+
+def most_learning_paths(needed: Need, limit: float | None, most: int) -> int:
+    """Return from how many paths, up to ``most``, may be learned within ``limit`` (GiB)."""
+    if limit is None:
+        return most
+    return min(max(int((limit * GIB - needed.total(0) - LEARNING) / LEARNING_PATH), 0), most)
 
 
 def in_words(needed: Need, size: int) -> str:

@@ -17,6 +17,7 @@ from tracer.adaptive.stopping import Clock
 from tracer.denoising.oidn import load as load_denoiser
 from tracer.denoising.postprocess import draw_denoising_features
 from tracer.errors import ClusterError
+from tracer.guiding.effort import MOST_PATHS
 from tracer.io import exr
 from tracer.result import Report, Result
 from tracer.sampling.samples import make_sampler
@@ -26,7 +27,7 @@ from tracer.session import memory
 from tracer.session.checkpoint import was_guided
 from tracer.session.develop import finish
 from tracer.session.first_look import FirstLook
-from tracer.session.guidance import begin_guided, choose_by, is_guided, with_guide
+from tracer.session.guidance import Terms, begin_guided, choose_by, is_guided, with_guide
 from tracer.session.keeper import make_keeper
 from tracer.session.local_drawer import Drawer, DrawerFor, LocalDrawer
 from tracer.session.output import write_picture
@@ -98,11 +99,12 @@ def begun(
         exr.check_channels(view.channels)
     if request.denoise:
         load_denoiser()  # before the work, not after
-    with dr.suspend_grad(), closing(make_drawer(request, view, settings, drawer_for)) as drawer:
+    needed = memory.need(view, settings, request.features, request.denoise, file is not None)
+    with dr.suspend_grad(), closing(make_drawer(request, view, settings, needed, drawer_for)) as drawer:
         remarks: list[str] = []
         weights = importance_weights(view, settings, make_sampler(), request.importance, remarks.append)
         criterion = criteria.get(settings.criterion)
-        schedule = Schedule(settings, criterion, view.pixel_count, clock)
+        schedule = Schedule(settings, criterion, view.pixel_count, clock, view.object_count)
         state = State.beginning(drawer.empty(), settings)
         at_risk = drawer_for is not None
         keeper = make_keeper(request, asked_view, settings, weights, scene_hash, samples_name, at_risk)
@@ -111,17 +113,13 @@ def begun(
             state.plan_anew(schedule.budget)
         state.meter.counted = (weights > 0)[view.inner] if np.any(weights == 0) else None
         recorder.begin(state, remarks)
-        asked = settings.guide or is_guided(asked_view)
-        begin_guided(view, settings, recorder, state, caution=0.0 if asked else 1.0, keep=was_open(request))
+        begin_guided(view, settings, recorder, state, terms_of_learning(request, asked_view, settings, needed))
         if keeper is not None and state.features is None:
             with recorder.timing("seconds_features"):
                 state.features = draw_denoising_features(view, make_sampler(), settings.seed)
         planner = Planner(view, settings, criterion, weights, FirstLook(view, settings, recorder), recorder)
         if criterion.needs_radiance and len(schedule.goals) == 1:
-            recorder.report.note(
-                f"Uniform: {settings.spp} spp leave nothing to decide after a first look with "
-                f"{settings.pilot_samples} samples per pixel; use a larger spp or set pilot_spp."
-            )
+            recorder.report.note(schedule.why_uniform())
         reporter = ProgressReporter(request.progress, schedule, recorder)
         try:
             yield Rendering(view, state, planner, drawer, schedule, keeper, reporter, recorder)
@@ -148,10 +146,17 @@ def settings_of(request: Request, view: View) -> tuple[Settings, str]:
     return part, request.part.source(settings.seed)
 
 
-def make_drawer(request: Request, view: View, settings: Settings, drawer_for: DrawerFor | None) -> Drawer:
+def terms_of_learning(request: Request, asked_view: View, settings: Settings, needed: memory.Need) -> Terms:
+    """Return on which terms a render learns; ``asked_view``: with the integrator that was asked for."""
+    is_asked = settings.guide or is_guided(asked_view)
+    most_paths = memory.most_learning_paths(needed, request.memory_limit, MOST_PATHS)
+    return Terms(caution=0.0 if is_asked else 1.0, keep=was_open(request), most_paths=most_paths)
+
+
+def make_drawer(
+    request: Request, view: View, settings: Settings, needed: memory.Need, drawer_for: DrawerFor | None
+) -> Drawer:
     """Return who draws, in passes that fit into the memory. Raises SettingsError if no passes do."""
-    keeps = request.checkpoint is not None
-    needed = memory.need(view, settings, request.features, request.denoise, keeps)
     largest_pass = memory.largest_pass(needed, request.memory_limit)
     if needed.total(largest_pass) > memory.LARGE:
         request.remark(memory.in_words(needed, largest_pass))
