@@ -30,6 +30,7 @@ def rays_per_decision():
     usual = prediction.RAYS_PER_DECISION
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(prediction, "RAYS_PER_DECISION", 0.0)
+        patch.setattr(prediction, "RAYS_PER_OBJECT", 0.0)
         yield usual
 
 
@@ -76,7 +77,8 @@ def two_workers():
     from tracer.cluster.connection import connected, own_cluster
 
     with own_cluster(2) as cluster, connected(cluster) as client:
-        client.run(setattr, prediction, "RAYS_PER_DECISION", 0.0)  # as in this process
+        for name in ("RAYS_PER_DECISION", "RAYS_PER_OBJECT"):
+            client.run(setattr, prediction, name, 0.0)  # as in this process
         yield client
 
 

@@ -49,6 +49,10 @@ def test_a_decision_is_taken_to_cost_what_it_was_measured_to_cost(size, millisec
     now = Situation(np.full(size, 4, np.uint32), 8 * pixels, 32 * pixels, may_settle=True)
     rays = predicted_overhead(statistics, now) * 4 * 32 * pixels
     assert milliseconds[0] / 250e-6 < rays < milliseconds[1] / 60e-6
+    monkeypatch.setattr(prediction, "RAYS_PER_OBJECT", 450.0)
+    more = predicted_overhead(statistics, replace(now, object_count=2292)) * 4 * 32 * pixels - rays
+    assert more == pytest.approx(180e-3 / 186e-9, rel=0.1)  # measured in thousand_lamps
+    monkeypatch.setattr(prediction, "RAYS_PER_OBJECT", 0.0)
     shorter = predicted_overhead(statistics, replace(now, horizon=8 * pixels))
     assert shorter == pytest.approx(4 * predicted_overhead(statistics, now))
 

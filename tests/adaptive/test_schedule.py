@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tracer import criteria
+from tracer.adaptive import prediction
 from tracer.adaptive.schedule import GROWTH, PRIORITY_GROWTH, round_goals
 from tracer.settings import make_settings
 
@@ -47,6 +48,18 @@ def test_a_criterion_without_radiance_has_one_round():
 def test_a_budget_that_leaves_nothing_to_decide_has_one_round():
     assert round_goals(make_settings(spp=7), FUSED, 10) == [70]
     assert round_goals(make_settings(spp=8), FUSED, 10) == [40, 80]
+
+
+def test_a_small_picture_of_many_shapes_has_one_round(monkeypatch):
+    """Unless somebody asks for first samples, or for a limit that only rounds can keep."""
+    monkeypatch.setattr(prediction, "RAYS_PER_OBJECT", 450.0)
+    small, large = 192 * 144, 800 * 600
+    assert round_goals(make_settings(spp=64), FUSED, small, 2292) == [64 * small]
+    assert len(round_goals(make_settings(spp=64), FUSED, small, 370)) == 4
+    assert len(round_goals(make_settings(spp=64), FUSED, large, 2292)) == 4
+    for settings in ({"pilot_spp": 8}, {"noise": 0.01}, {"unbiased": True}):
+        assert len(round_goals(make_settings(spp=64, **settings), FUSED, small, 2292)) > 1
+    assert len(round_goals(make_settings(spp=64), MORE, small, 2292)) > 1
 
 
 def test_the_first_round_may_be_chosen():

@@ -11,6 +11,7 @@ import pytest
 
 import tracer
 from tracer import criteria
+from tracer.adaptive import prediction
 from tracer.errors import SettingsError
 from tracer.result import empty_pixels
 from tracer.scene.view import open_scene
@@ -126,6 +127,14 @@ def test_too_small_a_budget_is_uniform_and_says_so(cornell):
     result = tracer.render(cornell(), spp=7)
     assert np.ptp(result.samples) == 0
     assert "Uniform: 7 spp leave nothing to decide" in result.report.notes[0]
+
+
+def test_too_many_shapes_for_a_small_picture_are_uniform_and_it_says_so(cornell, monkeypatch):
+    monkeypatch.setattr(prediction, "RAYS_PER_OBJECT", 1e3)
+    result = tracer.render(cornell(), spp=64)
+    assert np.ptp(result.samples) == 0
+    assert "Uniform: with 9 shapes and lights, a decision takes" in result.report.notes[0]
+    assert np.ptp(tracer.render(cornell(), spp=64, pilot_spp=8).samples) > 0
 
 
 def test_kernels_are_compiled_in_the_first_render_only(cornell):

@@ -37,3 +37,5 @@ class Situation:
     """Whether the rest of the budget may be allocated at once."""
     horizon: int | None = None
     """Samples in all within which a decision must pay off; None: those of the whole budget."""
+    object_count: int = 0
+    """Number of shapes and lights of the scene."""

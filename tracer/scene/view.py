@@ -100,6 +100,11 @@ class View(Frame):
         (x, y), (width, height) = self.film.crop_offset(), self.film.size()
         return int(x), int(y), int(width), int(height)
 
+    @cached_property
+    def object_count(self) -> int:
+        """Number of shapes and lights of the scene."""
+        return len(self.scene.shapes()) + len(self.scene.emitters())
+
     def fill_film(self, image: Any) -> None:
         """Put ``image`` (H, W, C) into the film, for ``film.develop()`` and ``film.write()``."""
         names = list(self.integrator.aov_names())

@@ -101,7 +101,7 @@ class Planner:
         total = goal if state.held_out is not None else budget
         horizon = goal if settings.is_open else total
         may_settle = not (settings.unbiased or settings.is_open)
-        situation = Situation(state.drawn, goal, total, may_settle, horizon)
+        situation = Situation(state.drawn, goal, total, may_settle, horizon, self.view.object_count)
         if self.criterion.needs_radiance and (known is None or self.is_to_learn(state, goal)):
             even = np.ones(self.view.grid) if goal < budget else self.weights
             return Decision(share_out(even, even, settings, situation, False, state.generator))
