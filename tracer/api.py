@@ -20,6 +20,7 @@ from tracer.scene.view import Crop, Size
 from tracer.session.render import render_request
 from tracer.session.request import EVERY_SECONDS, Request, check_files, checkpoint_file
 from tracer.settings import Settings
+from tracer.viewpoint.showcase import is_mesh_file, require_scene_file, showcase
 
 
 def render(
@@ -45,6 +46,7 @@ def render(
 ) -> Result:
     """Render ``scene`` (path of an XML file, dictionary, or ``mi.Scene``) and return picture, counts and errors.
 
+    The path of a mesh file shows the mesh from its best view in a neutral light, see ``tracer.viewpoint.showcase``.
     An ``mi.Scene`` that is rendered again unchanged is prepared faster than the first time.
     ``sensor``: number or ``mi.Sensor``; ``size``, ``crop``: see ``tracer.scene.view``; ``define``: values of the
     $parameters of a file. ``importance``: array (H, W) or image file whose values multiply each pixel's importance.
@@ -88,6 +90,10 @@ def render(
     )
     check_files(request)  # before workers are started
     backend.activate()
+    if is_mesh_file(scene):
+        if cluster is not None:
+            require_scene_file(scene)
+        request = replace(request, scene=showcase(Path(scene)))
     with hired(cluster) as workers:
         return render_request(replace(request, workers=workers))
 

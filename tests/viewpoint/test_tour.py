@@ -38,6 +38,25 @@ def test_a_chord_is_shorter_than_its_arc():
     assert found.weights[-1] < 0.9
 
 
+def test_visited_places_are_avoided_as_well():
+    """Around a single good place the camera circles; it goes where it was only if it need not know."""
+    best = np.array([1.0, 0, 0])
+
+    def value(directions):
+        return np.exp(20 * (directions @ best - 1))
+
+    nearest = {}
+    for avoided in ("start", "visited"):
+        places = explore(value, best, 60, STEP, avoided=avoided).directions
+        apart = sphere.angle(places[:, None], places[None])
+        steps_between = np.abs(np.subtract.outer(np.arange(61), np.arange(61)))
+        nearest[avoided] = apart[steps_between > tour.RECENT].min()
+    assert nearest["visited"] > 1.5 * nearest["start"]
+    straight = explore(same, best, 20, STEP, avoided="visited")
+    assert straight.weights == pytest.approx(np.ones(21))
+    assert sphere.angle(straight.directions[0], straight.directions[20]) == pytest.approx(20 * STEP)
+
+
 @settings(deadline=None)  # how long it takes depends on what else the machine does
 @given(st.integers(0, 10000))
 def test_it_takes_the_best_of_three_smooth_ways(seed):

@@ -22,6 +22,7 @@ from tracer.scene.view import pick_sensor
 from tracer.session.render import render_request
 from tracer.session.request import Request, checkpoint_file
 from tracer.settings import check_settings
+from tracer.viewpoint.showcase import is_mesh_file, require_scene_file, showcase
 
 
 def perform(
@@ -39,6 +40,8 @@ def perform(
     check_frames(job)
     check_outputs(list(pictures_of(job, 1)), job)
     backend.activate(job.variant)
+    if job.workers or job.scheduler:
+        require_scene_file(job.scene)
     with hired(job.workers or job.scheduler) as workers:
         for picture, scene in pictures_with_scenes(job):
             request = request_for(job, picture, scene)
@@ -53,7 +56,7 @@ def perform(
 def pictures_with_scenes(job: Job) -> Iterator[tuple[JobPicture, LoadedScene]]:
     """Yield the pictures of a job with their scenes; successive pictures of the same scene share the loaded scene."""
     for (path, define), _ in itertools.groupby(pictures_of(job, 1), lambda picture: (picture.scene, picture.define)):
-        scene = load_scene(path, define)
+        scene = showcase(path) if is_mesh_file(path) else load_scene(path, define)
         pictures_of_scene_files = pictures_of(job, len(scene.scene.sensors()))
         pictures = [picture for picture in pictures_of_scene_files if (picture.scene, picture.define) == (path, define)]
         check_outputs(pictures, job)

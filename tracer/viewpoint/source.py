@@ -12,15 +12,18 @@ import numpy as np
 from tracer.core.arrays import Floats
 from tracer.core.extras import require_package
 from tracer.errors import SceneError, SettingsError
+from tracer.scene import mesh_files
 from tracer.scene.load import LOAD_ERRORS, load
 from tracer.scene.load_errors import load_error
-from tracer.scene.mesh_defects import mesh_defect
+from tracer.scene.mesh_scene import shapes_of
 from tracer.scene.validate import require_faces
 from tracer.viewpoint import atom_files, molecules
 from tracer.viewpoint.surfaces import Subject, open_subject
 
-MESHES = {".ply": "ply", ".obj": "obj", ".serialized": "serialized"}
-"""Mesh files with these suffixes are read by these Mitsuba plugins."""
+SERIALIZED = ".serialized"
+"""Suffix of Mitsuba's own mesh files, which it reads itself."""
+UP_IS_Z = (".stl", ".3mf")
+"""In mesh files with these suffixes z is usually the upward axis; in others it is y."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +40,9 @@ class Opened:
     crystal: bool = False
     """Whether the subject is a part of a lattice."""
     up: tuple[float, float, float] = (0.0, 0.0, 1.0)
-    """Upward direction: the axis nearest to the upward direction of the scene's camera; y for a mesh."""
+    """Upward direction: the axis nearest to that of the scene's camera; for a mesh see ``up_of_file``."""
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Place in the file of the origin of the subject: a mesh that is far away is brought near."""
 
 
 @dataclass(frozen=True)
@@ -70,21 +75,25 @@ def open_source(path: Path, surfaces: str | None = None, crystal: Crystal | None
         return open_atoms(path, crystal)
     if crystal.asked:
         raise SettingsError(f"Repeating, cutting and the radius of atoms are for molecules, and '{path}' is none.")
-    if suffix in MESHES:
+    if suffix in mesh_files.SUFFIXES:
+        parts, (x, y, z) = mesh_files.recentred(mesh_files.read_parts(path))
+        scene = mi.load_dict({"type": "scene", **shapes_of(parts)})
+        origin = (float(x), float(y), float(z))
+        return Opened(open_subject(scene, surfaces or "face"), up=up_of_file(path), origin=origin)
+    if suffix == SERIALIZED:
         if not path.is_file():
             raise SceneError(f"There is no mesh '{path}'.")
         try:
-            scene = mi.load_dict({"type": "scene", "mesh": {"type": MESHES[suffix], "filename": str(path.resolve())}})
+            scene = mi.load_dict({"type": "scene", "mesh": {"type": "serialized", "filename": str(path.resolve())}})
         except LOAD_ERRORS as error:
-            defect = mesh_defect(path, MESHES[suffix])
-            raise SceneError(f"'{path}' {defect}.") if defect else load_error(f"'{path}'", error) from None
+            raise load_error(f"'{path}'", error) from None
         require_faces(f"'{path}'", scene)
     elif suffix == ".xml" or not path.suffix:
         scene = load(path)
         if scene.class_name() != "Scene":
             raise SceneError(f"'{path}' holds a {scene.class_name()}, not a scene; wrap it in <scene>.")
     else:
-        suffixes = ", ".join([".xml", *MESHES, *atom_files.SUFFIXES])
+        suffixes = ", ".join([".xml", *mesh_files.SUFFIXES, SERIALIZED, *atom_files.SUFFIXES])
         raise SceneError(f"'{path}' is no scene, mesh or molecule by its name; its suffix must be one of {suffixes}.")
     return Opened(open_subject(scene, surfaces or "face"), up=upwards(scene))
 
@@ -97,6 +106,11 @@ def upwards(scene: Any) -> tuple[float, float, float]:
     axis = np.zeros(3)
     axis[np.abs(up).argmax()] = np.sign(up[np.abs(up).argmax()])
     return (float(axis[0]), float(axis[1]), float(axis[2]))
+
+
+def up_of_file(path: Path) -> tuple[float, float, float]:
+    """Return the axis that usually points upwards in a mesh file of this name."""
+    return (0.0, 0.0, 1.0) if path.suffix.lower() in UP_IS_Z else (0.0, 1.0, 0.0)
 
 
 def open_atoms(path: Path, crystal: Crystal) -> Opened:

@@ -4,11 +4,15 @@ It starts at the best view. Of three smooth ways on, straight ahead or with a tu
 leads to the largest w = v / 2 (1 + d / p), where v is how good the view there is, p the length of the path so far, and
 d the distance from the start, so that it does not come back soon. With distances along the sphere, a straight path
 keeps w = v, and a path that has come back to the start has w = v / 2.
+
+The paper's text asks for more than its formula: that places already visited are avoided. So w may also be v d / p,
+with d the distance from the nearest place that was visited before the last few, and p what it is on a straight path.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -20,6 +24,10 @@ from tracer.viewpoint.search import Valued
 
 TURN = np.radians(45.0)
 """The camera may turn by this angle in radians to either side at each step."""
+Avoided = Literal["start", "visited"]
+"""What the camera keeps away from: the start, as in the paper's formula, or all visited places, as in its text."""
+RECENT = 3
+"""The last places, so many steps back, are near however the camera moves, and so are not counted as visited."""
 FIRST_WAYS = 8
 """The first step may go in this many directions, evenly spaced around the start."""
 
@@ -41,11 +49,18 @@ class Tour:
         return float(angle(self.directions[:-1], self.directions[1:]).sum())
 
 
-def explore(value: Valued, start: Floats, steps: int, step: float = np.radians(6.0), chord: bool = False) -> Tour:
+def explore(
+    value: Valued,
+    start: Floats,
+    steps: int,
+    step: float = np.radians(6.0),
+    chord: bool = False,
+    avoided: Avoided = "start",
+) -> Tour:
     """Return a tour of ``steps`` steps of ``step`` radians from ``start`` (3,).
 
     ``value`` maps directions (V, 3) to how good their views are (V,), at least 0. ``chord``: distances are measured
-    through the sphere, as in the paper's drawing, instead of along it.
+    through the sphere, as in the paper's drawing, instead of along it. ``avoided``: what the camera keeps away from.
     """
     places, values = [normalised(start)], [float(value(np.array([start]))[0])]
     weights = [values[0]]
@@ -55,9 +70,12 @@ def explore(value: Valued, start: Floats, steps: int, step: float = np.radians(6
         ways = ways_on(here, heading)
         candidates = np.cos(step) * here + np.sin(step) * ways
         candidate_values = value(candidates)
-        distances = np.linalg.norm(candidates - places[0], axis=-1) if chord else angle(candidates, places[0])
-        path = (k + 1) * (2 * np.sin(step / 2) if chord else step)
-        candidate_weights = candidate_values / 2 * (1 + np.minimum(distances / path, 1.0))
+        visited = np.array(places[:1] if avoided == "start" else places[: max(len(places) - RECENT, 1)])
+        distances = distances_from(visited, candidates, chord).min(axis=0)
+        steps_away = k + 1 if avoided == "start" else min(k, RECENT) + 1
+        path = steps_away * (2 * np.sin(step / 2) if chord else step)
+        far = np.minimum(distances / path, 1.0)
+        candidate_weights = candidate_values * ((1 + far) / 2 if avoided == "start" else far)
         best = int(candidate_weights.argmax())
         # The heading is carried along the great arc.
         heading = np.cos(step) * ways[best] - np.sin(step) * here
@@ -65,6 +83,13 @@ def explore(value: Valued, start: Floats, steps: int, step: float = np.radians(6
         values.append(float(candidate_values[best]))
         weights.append(float(candidate_weights[best]))
     return Tour(np.array(places), np.array(values), np.array(weights))
+
+
+def distances_from(places: Floats, candidates: Floats, chord: bool) -> Floats:
+    """Return the distances (P, C) of candidates (C, 3) from places (P, 3), through the sphere or along it."""
+    if chord:
+        return np.linalg.norm(candidates[None] - places[:, None], axis=-1)
+    return np.asarray(angle(candidates[None], places[:, None]), np.float64)
 
 
 def ways_on(here: Floats, heading: Floats | None) -> Floats:

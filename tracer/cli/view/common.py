@@ -31,7 +31,8 @@ class ViewOptions:
     source: Annotated[
         Path,
         typer.Argument(
-            help="Scene (XML), mesh (PLY, OBJ) or molecule (XYZ, CIF, mmCIF, PDB, CML).", show_default=False
+            help="Scene (XML), mesh (PLY, OBJ, STL, OFF, glTF, 3MF) or molecule (XYZ, CIF, mmCIF, PDB, CML).",
+            show_default=False,
         ),
     ]
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for pictures, cameras, tables.")]
@@ -129,7 +130,7 @@ def view_context(view: ViewOptions, results: tuple[str, ...]) -> Iterator[ViewCo
     folder_is_new = not view.output.exists()
     prepare_folder(view.output, view.overwrite, results)
     parallel = opened.orthographic if view.orthographic is None else view.orthographic
-    centre: Any = None if view.centre is None else np.array(view.centre)
+    centre: Any = None if view.centre is None else np.array(view.centre) - opened.origin
     standpoint = stand(opened.subject, view.distance, centre, view.up or opened.up, parallel)
     try:
         with steps(view.quiet) as progress:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, cast, get_args
 
 import typer
 
@@ -15,6 +15,9 @@ def tour(
     measure: common.Measure = "entropy",
     steps: Annotated[int, typer.Option(help="Steps of the camera.", min=1, max=1000)] = 40,
     step: Annotated[float, typer.Option(help="Length of a step in degrees.", min=0.1, max=45)] = 6.0,
+    avoid: Annotated[
+        str, typer.Option(help="Keep away from the start (the paper's formula) or from all visited places (its text).")
+    ] = "start",
     frames: Annotated[int, typer.Option(help="Pictures of the film.", min=2, max=10000)] = 121,
     size: Annotated[int, typer.Option(help="Width and height of the pictures.", min=16, max=4096)] = 320,
 ) -> None:
@@ -23,14 +26,17 @@ def tour(
     Example: tracer view tour scene.xml -o tour
     """
     from tracer.cli.show import simple_table
-    from tracer.errors import OutputError
+    from tracer.errors import OutputError, SettingsError
     from tracer.viewpoint import measures as known
     from tracer.viewpoint.reports import tour as report
+    from tracer.viewpoint.tour import Avoided
 
     known.get(measure)
+    if avoid not in get_args(Avoided):
+        raise SettingsError(f"A tour avoids {' or '.join(get_args(Avoided))}, not '{avoid}'.")
     if not view.overwrite and any(view.output.glob("frame[0-9][0-9][0-9][0-9].png")):
         raise OutputError(f"'{view.output}' has frames of another tour; choose another folder, or --overwrite.")
     with common.view_context(view, report.FILES) as context:
-        lines = report.tour(context, measure, steps, step, frames, size)
+        lines = report.tour(context, measure, steps, step, frames, size, cast(Avoided, avoid))
     if not view.quiet:
         simple_table(report.HEADINGS, lines, measure)

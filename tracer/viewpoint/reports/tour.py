@@ -16,7 +16,7 @@ from tracer.viewpoint.camera import write_sensors
 from tracer.viewpoint.direction_measure import Gauge
 from tracer.viewpoint.reports.context import ViewContext, csv, name_direction, number, require_sight
 from tracer.viewpoint.search import exhaustive_search
-from tracer.viewpoint.tour import carried, explore, smooth
+from tracer.viewpoint.tour import Avoided, carried, explore, smooth
 
 FILES = ("tour.webp", "path.png", "path.csv", "cameras.xml")
 """The report writes files of these names, and frames."""
@@ -28,11 +28,14 @@ FRAMES_PER_SECOND = 25
 """The film shows this many frames per second."""
 
 
-def tour(context: ViewContext, name: str, steps: int, step: float, frames: int, size: int) -> list[list[str]]:
+def tour(
+    context: ViewContext, name: str, steps: int, step: float, frames: int, size: int, avoided: Avoided = "start"
+) -> list[list[str]]:
     """Write ``FILES`` and ``frame0000.png`` ...; return the lines of the table under ``HEADINGS``.
 
     The tour has ``steps`` steps of ``step`` degrees from the best view on; its film has ``frames`` pictures, ``size``
-    pixels wide. Raises MissingPackageError without Pillow, SceneError if no view sees anything.
+    pixels wide. ``avoided``: what the camera keeps away from. Raises MissingPackageError without Pillow, SceneError if
+    no view sees anything.
     """
     require_film_maker()
     gauge = context.gauge(name)
@@ -42,7 +45,7 @@ def tour(context: ViewContext, name: str, steps: int, step: float, frames: int, 
     require_sight(gauge.sighted)
     good = goodness(gauge, values)
     start = exhaustive_search(good, LEVEL, context.opened.axes).direction
-    path = explore(good, start, steps, np.radians(step))
+    path = explore(good, start, steps, np.radians(step), avoided=avoided)
     up = context.stand.up
     plots.sphere_plot(
         context.folder / "path.png",
