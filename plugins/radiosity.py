@@ -24,9 +24,15 @@ the integrator again. ``hide_emitters`` has no effect.
  * - show
    - |string|
    - What the picture shows: ``gather`` (light gathered anew), ``smooth`` or ``patches``. (Default: gather)
- * - guided
-   - |bool|
-   - Whether gathering rays go where the radiance that is seen varies, instead of evenly. (Default: true)
+ * - spread
+   - |string|
+   - How the rays of a patch are spread: ``guided`` to where the radiance that is seen varies, ``evenly`` in a lattice,
+     ``randomly`` as in classical Monte Carlo radiosity, by the rules of the ``paper`` as they are printed, or
+     ``paper_right``, with the energies of its rays made right. (Default: guided for gathering, evenly for shooting)
+ * - threshold, depth
+   - |float|, |int|
+   - For the paper's rules: the number of faces seen above which a part of a hemisphere is split, and how many times it
+     may be split, up to 4. (Default: 2.5, 1)
  * - seed
    - |int|
    - Seed of the rays of patches. (Default: 0)
@@ -61,13 +67,12 @@ from tracer.radiosity.patches import Patches, by_face
 from tracer.radiosity.remarks import remarks
 from tracer.radiosity.shooting import ShootingSolution, shoot
 from tracer.radiosity.smooth import Smooth
+from tracer.radiosity.spread import chosen_spread
 from tracer.radiosity.warp import Warp
 
 METHODS, SHOWN = ("gathering", "shooting"), ("gather", "smooth", "patches")
 """Values of the parameter ``method``, and of the parameter ``show``."""
-GUIDANCE = Guidance()
-"""How gathering rays are guided."""
-DIVISION = Division(GUIDANCE.kind, GUIDANCE.threshold, depth=2, rays=256, widest=0.5)
+DIVISION = Division(Guidance().kind, Guidance().threshold, depth=2, rays=256, widest=0.5)
 """How hemispheres are divided for ``gather``: with 28 rays a patch, and twice as many in the smallest groups."""
 
 
@@ -81,12 +86,15 @@ class RadiosityIntegrator(mi.SamplingIntegrator):
         self.residual = float(props.get("residual", 1e-5))
         self.method = str(props.get("method", "gathering"))
         self.show = str(props.get("show", "gather"))
-        self.guided = bool(props.get("guided", True))
+        self.spread = str(props.get("spread", "evenly" if self.method == "shooting" else "guided"))
+        threshold = float(props["threshold"]) if "threshold" in props else None
+        depth = int(props["depth"]) if "depth" in props else None
         self.seed = int(props.get("seed", 0))
         if not 0 <= self.size < float("inf") or not 0 < self.residual < 1 or not 1 <= self.rays <= 1 << 20:
             raise SettingsError("radiosity: size must be positive or 0, residual in (0, 1), rays from 1 to 2^20.")
         if self.method not in METHODS or self.show not in SHOWN:
             raise SettingsError(f"radiosity: method is one of {', '.join(METHODS)}; show, of {', '.join(SHOWN)}.")
+        self.rules = chosen_spread(self.spread, self.method, threshold, depth)
         self.scene: mi.Scene | None = None
         self.patches: Patches
         self.solution: Solution | ShootingSolution
@@ -104,11 +112,11 @@ class RadiosityIntegrator(mi.SamplingIntegrator):
         patches = cut(scene, self.size or extent(scene) / EXTENT)
         for sentence in remarks(scene) if on_step is silent else []:
             mi.Log(mi.LogLevel.Warn, f"radiosity: {sentence}")
-        guidance = GUIDANCE if self.guided else None
+        guidance = self.rules if isinstance(self.rules, Guidance) else None
         if self.method == "shooting":
-            self.solution = shoot(patches, self.rays, self.residual, self.seed, None, on_step)
+            self.solution = shoot(patches, self.rays, self.residual, self.seed, self.rules, on_step)
         else:
-            self.solution = solve(patches, self.rays, self.residual, self.seed, True, guidance, on_step)
+            self.solution = solve(patches, self.rays, self.residual, self.seed, True, self.rules, on_step)
         radiosity = self.solution.radiosity
         if self.show == "gather":
             warp = None

@@ -84,7 +84,7 @@ def pictures(example: Example, announce: Announce) -> dict[str, Any]:
     """Return the gain of guided final gathers in a picture, at equal samples."""
     announce(f"{example.name}, final gather")
     integrators = [
-        mi.load_dict({"type": "radiosity", "size": example.size, "guided": guided}) for guided in (False, True)
+        mi.load_dict({"type": "radiosity", "size": example.size, "spread": spread}) for spread in ("evenly", "guided")
     ]
     truth = np.mean([image(example, integrator, 32 * SPP, 90) for integrator in integrators], axis=0)
     errors, seconds = [], []

@@ -12,6 +12,7 @@ import pytest
 from conftest import LIT, PATIENCE, SENSOR
 from tracer.cli import repeat_option
 from tracer.io.exr import read_exr
+from tracer.study.bundled import names
 
 
 def test_render_writes_an_exr(tracer_program, scene_file, tmp_path):
@@ -344,3 +345,8 @@ def test_a_live_picture_that_does_not_fit_costs_nothing_else(tracer_program, sce
     code, _, err = tracer_program(*arguments)
     assert (code, err.count("\n"), f"Cannot write '{live}'" in err) == (5, 1, True)
     assert read_samples(tmp_path / "out.exr")[0].sum() == 2 * 96
+
+
+def test_the_help_of_study_names_all_studies_that_come_along(tracer_program):
+    words = tracer_program("study", "--help")[1].replace(",", " ").replace(".", " ").split()
+    assert set(names()) <= set(words)

@@ -37,7 +37,7 @@ def call(*arguments):
 
 
 @pytest.mark.parametrize(
-    "shown", [[], ["--show", "patches"], ["--show", "smooth"], ["--method", "shooting"], ["--even"]]
+    "shown", [[], ["--show", "patches"], ["--show", "smooth"], ["--method", "shooting"], ["--spread", "paper_right"]]
 )
 def test_a_picture_and_what_it_took(tmp_path, shown):
     said = call(scene(tmp_path), "-o", tmp_path / "out.exr", "--spp", 16, "--rays", 64, "--patch", 0.5, *shown)

@@ -27,7 +27,7 @@ def expected(box):
         ({"show": "patches"}, 0.05),
         ({"show": "smooth"}, 0.05),
         ({"show": "gather"}, 0.04),
-        ({"guided": False}, 0.04),
+        ({"spread": "evenly"}, 0.04),
         ({"method": "shooting", "rays": 1024, "residual": 1e-4}, 0.04),
     ],
 )

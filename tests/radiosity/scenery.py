@@ -62,3 +62,12 @@ def form_factor(place, normal, corners):
         across = np.cross(a, b)
         total += np.arccos(a @ b) * (across / np.linalg.norm(across)) @ normal
     return abs(total) / (2 * np.pi)
+
+
+def furnace(albedo):
+    """Return a closed box whose inside emits radiance 1 everywhere."""
+    bsdf = {"type": "diffuse", "reflectance": {"type": "rgb", "value": list(albedo)}}
+    emitter = {"type": "area", "radiance": 1.0}
+    return mi.load_dict(
+        {"type": "scene", "c": {"type": "cube", "flip_normals": True, "bsdf": bsdf, "emitter": emitter}}
+    )

@@ -4,6 +4,7 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
+from radiosity.scenery import furnace
 from tracer.errors import SceneError
 from tracer.radiosity.gathering import solve
 from tracer.radiosity.guide import Guidance
@@ -14,15 +15,6 @@ T = mi.ScalarTransform4f
 
 def rgb(*value):
     return {"type": "rgb", "value": list(value)}
-
-
-def furnace(albedo):
-    """Return a closed box whose inside emits radiance 1 everywhere."""
-    bsdf = {"type": "diffuse", "reflectance": rgb(*albedo)}
-    emitter = {"type": "area", "radiance": rgb(1.0, 1.0, 1.0)}
-    return mi.load_dict(
-        {"type": "scene", "c": {"type": "cube", "flip_normals": True, "bsdf": bsdf, "emitter": emitter}}
-    )
 
 
 def test_white_furnace():

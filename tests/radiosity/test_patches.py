@@ -134,7 +134,7 @@ def test_shapes_without_area(reach):
     with pytest.raises(SceneError, match="no face of the scene has an area"):
         cut(mi.load_dict({"type": "scene", "sky": sky, "line": line(reach)}))
     patches = cut(mi.load_dict({"type": "scene", "sky": sky, "line": line(reach), "floor": {"type": "rectangle"}}), 0.5)
-    found = solve(patches, 64, guidance=Guidance())
+    found = solve(patches, 64, spread=Guidance())
     assert found.radiosity == pytest.approx(np.full(found.radiosity.shape, np.pi / 2), rel=1e-3)
 
 

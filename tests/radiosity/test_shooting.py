@@ -23,7 +23,7 @@ def balance(found):
 @pytest.mark.parametrize("guidance", [None, COMPLEX])
 def test_energy_in_is_energy_out(guidance):
     patches = cut(mi.load_dict(mi.cornell_box()), 0.2)
-    found = shoot(patches, 64, 1e-4, guidance=guidance)
+    found = shoot(patches, 64, 1e-4, spread=guidance)
     assert balance(found) == pytest.approx(found.supplied, rel=1e-9)
     assert found.unsent.sum() <= 1e-4 * found.supplied.sum()
     # The box is open in front.
@@ -34,7 +34,7 @@ def test_energy_in_is_energy_out(guidance):
 def test_white_furnace(guidance):
     albedo = np.array([0.5, 0.8, 0.2])
     patches = cut(furnace(albedo), 0.25)
-    found = shoot(patches, 256, 1e-6, guidance=guidance)
+    found = shoot(patches, 256, 1e-6, spread=guidance)
     area = patches.areas[:, None]
     assert balance(found) == pytest.approx(found.supplied, rel=1e-9)
     assert found.lost.max() < 1e-6 * found.supplied.max()

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from tracer.cli import options
+
+TOLERABLE = 1e-3
+"""Share of the energy by which rays may be off before a person is told."""
 
 
 class Method(StrEnum):
@@ -16,6 +19,16 @@ class Method(StrEnum):
 
     gathering = "gathering"
     shooting = "shooting"
+
+
+class Spread(StrEnum):
+    """How the rays of a patch are spread over its hemisphere."""
+
+    guided = "guided"
+    evenly = "evenly"
+    randomly = "randomly"
+    paper = "paper"
+    paper_right = "paper_right"
 
 
 class Shown(StrEnum):
@@ -36,7 +49,12 @@ def radiosity(
     show: Annotated[
         Shown, typer.Option(help="Light gathered anew, or patches smoothed or as they are.")
     ] = Shown.gather,
-    even: Annotated[bool, typer.Option("--even", help="Spread the rays that gather evenly, unguided.")] = False,
+    spread: Annotated[
+        Spread | None,
+        typer.Option(help="How rays are spread. (guided for gathering, evenly for shooting)", show_default=False),
+    ] = None,
+    threshold: Annotated[float | None, typer.Option(help="Faces seen above which the paper splits. (2.5)")] = None,
+    depth: Annotated[int | None, typer.Option(help="How many times the paper splits, 0 to 4. (1)")] = None,
     strict: Annotated[bool, typer.Option("--strict", help="Refuse materials that are not diffuse, and media.")] = False,
     spp: Annotated[int, typer.Option(help="Mean samples per pixel.", min=1, max=1 << 24)] = 64,
     seed: Annotated[int, typer.Option(help="Seed of the samples.", min=0)] = 0,
@@ -70,16 +88,22 @@ def radiosity(
     backend.activate()
     import mitsuba as mi
 
+    from tracer.radiosity.spread import chosen_spread
+
+    default_spread = Spread.evenly if method is Method.shooting else Spread.guided
+    chosen_spread((spread or default_spread).value, method.value, threshold, depth)  # refuses what cannot be
+
     loaded_scene = load_scene(scene)
     loaded = loaded_scene.scene
     if strict and (not_diffuse := other_than_diffuse(loaded)):
         raise SceneError(f"These shapes of '{scene}' are not diffuse: {', '.join(not_diffuse)}; leave out --strict.")
     if strict and (media := with_media(loaded)):
         raise SceneError(f"Radiosity leaves out the media of '{scene}': {', '.join(media)}; leave out --strict.")
-    parameters = {"size": patch or 0.0, "rays": rays, "residual": residual, "seed": seed}
-    integrator = mi.load_dict(
-        {"type": "radiosity", **parameters, "method": method.value, "show": show.value, "guided": not even}
-    )
+    parameters: dict[str, Any] = {"size": patch or 0.0, "rays": rays, "residual": residual, "seed": seed}
+    given = {"spread": spread and spread.value, "threshold": threshold, "depth": depth}
+    parameters |= {"method": method.value, "show": show.value}
+    parameters |= {name: value for name, value in given.items() if value is not None}
+    integrator = mi.load_dict({"type": "radiosity", **parameters})
     with steps(quiet) as bar:
 
         def on_step(text: str, done: int, total: int) -> None:
@@ -110,5 +134,7 @@ def radiosity(
             f"{solution.rays / 1e6:.1f} million rays, {solution.rounds} rounds, "
             f"residual {solution.residual:.1e}; {output}"
         )
+        if abs(getattr(solution, "energy", 1.0) - 1) > TOLERABLE:
+            typer.echo(f"The rays of a patch carry {100 * solution.energy:.1f} % of its energy: the result is biased.")
     if not result.report.complete:
         raise typer.Exit(signals.exit_code())

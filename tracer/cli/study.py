@@ -18,7 +18,8 @@ def study(
     plan: Annotated[
         str,
         typer.Argument(
-            help="TOML file, or smoke, standard, public, rules, objectives, denoise, time or volumes.",
+            help="TOML file, or smoke, standard, public, rules, objectives, denoise, guiding, time, long, wide or "
+            "volumes.",
             show_default=False,
         ),
     ],

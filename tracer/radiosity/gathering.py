@@ -23,12 +23,14 @@ from tracer.core.device import upload
 from tracer.errors import SceneError, SettingsError
 from tracer.progress import StepCallback
 from tracer.radiosity.direct import direct_of_patches, silent
-from tracer.radiosity.groups import Groups, neighbours
-from tracer.radiosity.guide import Guidance, Guide, division_for, make_guide
+from tracer.radiosity.groups import Groups, alone, neighbours
+from tracer.radiosity.guide import Guidance, division_for, make_guide
 from tracer.radiosity.hemisphere import MOST_RAYS, NOTHING
-from tracer.radiosity.irradiance import hemisphere_rays, passes, sums_of_rays
-from tracer.radiosity.lattice import evenly
+from tracer.radiosity.irradiance import Chosen, hemisphere_rays, passes, sums_of_rays
+from tracer.radiosity.lattice import Way, evenly, randomly
+from tracer.radiosity.paper import PaperRays, PaperRules, paper_guide
 from tracer.radiosity.patches import Patches, by_face
+from tracer.radiosity.spread import RANDOMLY, Spread
 from tracer.radiosity.warp import warped
 
 MOST_ROUNDS = 1000
@@ -58,6 +60,8 @@ class Solution:
     """Number of rays traced, including those that looked and those to lights."""
     guided: float = 0.0
     """Share of the patches whose rays were guided."""
+    energy: float = 1.0
+    """Mean over patches of the sum of the weights of their rays: 1 if energy is conserved."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +75,7 @@ class Traced:
     hits: list[mi.UInt32]
     """For each pass, the patch that each ray hits; NOTHING where it hits none."""
     weights: list[mi.Float]
-    """For each pass, the weight of each ray; the weights of a patch add up to 1."""
+    """For each pass, the weight of each ray; the weights of a patch add up to 1, or about 1 by the paper's rules."""
     around: Floats
     """(P, 3): irradiance from the surroundings."""
 
@@ -82,22 +86,28 @@ def solve(
     residual: float = 1e-5,
     seed: int = 0,
     lights: bool = False,
-    guidance: Guidance | None = None,
+    spread: Spread = None,
     on_step: StepCallback = silent,
 ) -> Solution:
     """Return the solution with ``rays`` rays a patch, gathered until a round changes no more than ``residual``.
 
     ``lights``: light straight from emitters comes from as many places on the emitters, instead of from rays that hit
-    them. ``guidance``: how to guide rays; without it all rays are spread evenly. Raises SettingsError for more rays
-    than can be stored, and SceneError if the rounds do not converge.
+    them. ``spread``: how rays are spread over hemispheres; the same number of rays includes those that look. Raises
+    SettingsError for more rays than can be stored, and SceneError if the rounds do not converge.
     """
     refuse_too_many(rays, len(patches))
     direct = direct_of_patches(patches, rays, seed, on_step) if lights else np.zeros((len(patches), 3))
+    extra_rays = rays if lights else 0
+    if isinstance(spread, PaperRules):
+        way, look_rays, guided = paper_way(patches, spread, rays, seed)
+        traced = trace(patches, alone(patches.points), rays - look_rays, seed, not lights, on_step, way)
+        return finish(patches, traced, direct, residual, lights, extra_rays + look_rays, guided, on_step)
+    guidance = spread if isinstance(spread, Guidance) else None
     groups = neighbours(patches.points, guidance.members if guidance else MOST_RAYS)
     division = division_for(guidance, rays) if guidance else None
-    extra_rays = rays if lights else 0
     if guidance is None or division is None:
-        traced = trace(patches, groups, rays, seed, not lights, on_step)
+        even_way = randomly if spread == RANDOMLY else evenly
+        traced = trace(patches, groups, rays, seed, not lights, on_step, even_way)
         return finish(patches, traced, direct, residual, lights, extra_rays, 0.0, on_step)
     rough_traced = trace(patches, groups, max(rays // FIRST, 1), seed, not lights, on_step)
     rough = finish(patches, rough_traced, direct, max(residual, COARSE), lights, 0, 0.0, on_step)
@@ -106,9 +116,32 @@ def solve(
     look_rays = -(-guide.regions.rays // len(patches))
     extra_rays += look_rays + rough_traced.rays
     guided_traced = trace(
-        patches, groups, max(rays - rough_traced.rays - look_rays, 1), seed + 2, not lights, on_step, guide
+        patches,
+        groups,
+        max(rays - rough_traced.rays - look_rays, 1),
+        seed + 2,
+        not lights,
+        on_step,
+        warped(guide),
+        guide.guided,
     )
     return finish(patches, guided_traced, direct, residual, lights, extra_rays, float(guide.guided.mean()), on_step)
+
+
+def paper_way(patches: Patches, rules: PaperRules, rays: int, seed: int) -> tuple[Way, int, float]:
+    """Return rays by the paper's rules, the rays of each patch that looked for it, and the share of guided patches.
+
+    Rays look at patches only, because no radiosity is known yet. Raises SettingsError if looks take all ``rays``.
+    """
+    see = by_face(patches, patches.see(np.zeros((len(patches), 3)), surroundings=False))
+    guide = paper_guide(see, alone(patches.points), rules, patches.faces, seed + 1)
+    look_rays = -(-guide.regions.rays // len(patches))
+    if look_rays >= rays:
+        raise SettingsError(
+            f"By the paper's rules {look_rays} rays of each patch look, and there are {rays}; give more rays, or let "
+            "hemispheres be split less deeply or above a larger threshold."
+        )
+    return PaperRays(guide, rules.right), look_rays, float(guide.guided.mean())
 
 
 def refuse_too_many(rays: int, patches: int) -> None:
@@ -127,15 +160,15 @@ def trace(
     seed: int,
     surroundings: bool,
     on_step: StepCallback,
-    guide: Guide | None = None,
+    way: Way = evenly,
+    guided: Chosen | None = None,
 ) -> Traced:
-    """Return the hits of ``rays`` rays of every patch, spread evenly or as a guide says.
+    """Return the hits of ``rays`` rays of every patch.
 
-    ``surroundings``: whether light of the surroundings is gathered.
+    ``surroundings``: whether light of the surroundings is gathered; ``way``, ``guided``: as for ``gather``.
     """
     order, hits, weights, around = [], [], [], np.zeros((len(patches), 3))
     dark = patches.see(np.zeros((len(patches), 3)), surroundings)
-    way, guided = (warped(guide), guide.guided) if guide else (evenly, None)
     done = 0
     for points, point_way in passes(len(patches), rays, way, guided):
         on_step("rays", done, len(patches))
@@ -182,7 +215,12 @@ def finish(
             )
         change, radiosity, done = moved, following, done + 1
         on_step(f"round {done}: {change:.1e} of the power moved", min(done, MOST_ROUNDS - 1), MOST_ROUNDS)
-    return Solution(radiosity, irradiance, change, done, (traced.rays + extra_rays) * len(patches), guided)
+    wide = dr.float64_array_t(mi.Float)
+    energies = [
+        dr.width(hit) * float(dr.mean(wide(weight))[0]) for hit, weight in zip(traced.hits, traced.weights, strict=True)
+    ]
+    rays = (traced.rays + extra_rays) * len(patches)
+    return Solution(radiosity, irradiance, change, done, rays, guided, sum(energies) / len(patches))
 
 
 def rounds_left(change: float, ratio: float, residual: float) -> float:

@@ -1,4 +1,4 @@
-"""Evenly spread directions of the rays of a hemisphere: a Fibonacci lattice, shifted at random for every point."""
+"""Directions of the rays of a hemisphere: a Fibonacci lattice, shifted at random for every point, or random ones."""
 
 from __future__ import annotations
 
@@ -32,3 +32,16 @@ def evenly(point: Any, ray_index: Any, rays: Any, seed: int) -> tuple[Any, Any]:
     """Return directions distributed as the cosine, all of the same weight (a ``Way``)."""
     _, u, v = lattice(point, ray_index, rays, seed)
     return mi.warp.square_to_cosine_hemisphere(mi.Point2f(u, v)), dr.pi / mi.Float(rays)
+
+
+def randomly(point: Any, ray_index: Any, rays: Any, seed: int) -> tuple[Any, Any]:
+    """Return independent directions distributed as the cosine, as in classical Monte Carlo radiosity (a ``Way``)."""
+    bits, _, _ = lattice(point, ray_index, rays, seed)
+    u, v = random_numbers(bits, ray_index)
+    return mi.warp.square_to_cosine_hemisphere(mi.Point2f(u, v)), dr.pi / mi.Float(rays)
+
+
+def random_numbers(bits: Any, ray_index: Any) -> tuple[Any, Any]:
+    """Return two independent numbers (mi.Float) in [0, 1) for each ray, from random bits (mi.UInt32) of its point."""
+    key = mix(bits ^ mix(ray_index + 0x7F4A7C15))
+    return to_unit(key), to_unit(mix(key ^ 0x94D049BB))

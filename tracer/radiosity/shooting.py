@@ -18,12 +18,14 @@ from tracer.core.device import upload
 from tracer.errors import SceneError
 from tracer.progress import StepCallback
 from tracer.radiosity.direct import silent
-from tracer.radiosity.gathering import COARSE, HOPE, refuse_too_many, trace
-from tracer.radiosity.groups import Groups, neighbours
+from tracer.radiosity.gathering import COARSE, HOPE, paper_way, refuse_too_many, trace
+from tracer.radiosity.groups import Groups, alone, neighbours
 from tracer.radiosity.guide import Guidance, division_for, make_guide
 from tracer.radiosity.hemisphere import MOST_RAYS, NOTHING
-from tracer.radiosity.lattice import Way, evenly
+from tracer.radiosity.lattice import Way, evenly, randomly
+from tracer.radiosity.paper import PaperRules
 from tracer.radiosity.patches import Patches, by_face
+from tracer.radiosity.spread import RANDOMLY, Spread
 from tracer.radiosity.strata import Strata
 
 AT_ONCE = 0.5
@@ -61,7 +63,7 @@ def shoot(
     rays: int = 256,
     residual: float = 1e-5,
     seed: int = 0,
-    guidance: Guidance | None = None,
+    spread: Spread = None,
     on_step: StepCallback = silent,
 ) -> ShootingSolution:
     """Return the solution, shot until no more than the share ``residual`` of the supplied power is unsent.
@@ -70,8 +72,15 @@ def shoot(
     rays. Raises SettingsError for too many rays, and SceneError if the steps do not converge.
     """
     refuse_too_many(rays, len(patches))
-    groups = neighbours(patches.points, guidance.members if guidance else MOST_RAYS)
-    way, look_rays, guided = way_for(patches, groups, rays, guidance, seed)
+    if isinstance(spread, PaperRules):
+        groups = alone(patches.points)
+        way, looks, guided = paper_way(patches, spread, rays, seed)
+        look_rays = looks * len(patches)
+    else:
+        guidance = spread if isinstance(spread, Guidance) else None
+        groups = neighbours(patches.points, guidance.members if guidance else MOST_RAYS)
+        way, look_rays, guided = way_for(patches, groups, rays, guidance, seed)
+        way = randomly if spread == RANDOMLY else way
     around = np.zeros((len(patches), 3))
     if patches.scene.environment() is not None:
         around = trace(patches, groups, rays, seed, True, on_step).around

@@ -8,6 +8,7 @@ of the paper, which takes the cosine of the middle of a triangle, does not have 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import drjit as dr
@@ -22,6 +23,22 @@ from tracer.radiosity.lattice import lattice, spread
 
 SPARE = 1.01
 """Rays set aside for each triangle so that it gets at least one: one, with a margin for single precision."""
+
+
+@dataclass
+class Stratum:
+    """The triangle that each ray is in."""
+
+    guided: Any
+    """mi.Bool: whether it is in any."""
+    region: Any
+    """mi.UInt32: number of the region of the guide."""
+    ray: Any
+    """mi.UInt32: number of the ray among those of its point in the triangle."""
+    count: Any
+    """mi.UInt32: number of rays of its point in the triangle, at least 1."""
+    bits: Any
+    """mi.UInt32: random bits of the triangle of the point."""
 
 
 class Strata:
@@ -48,10 +65,19 @@ class Strata:
     def __call__(self, point: Any, ray_index: Any, rays: Any, seed: int) -> tuple[Any, Any]:
         """Return local directions (mi.Vector3f), z the normal, and their weights (mi.Float), see ``lattice.Way``."""
         bits, u, v = lattice(point, ray_index, rays, seed)
-        ray_count = mi.Float(rays)
         even = mi.warp.square_to_cosine_hemisphere(mi.Point2f(u, v))
         if not self.some:
-            return even, dr.pi / ray_count
+            return even, dr.pi / mi.Float(rays)
+        stratum = self.hand_out(point, ray_index, rays, bits)
+        triangle = dr.gather(mi.UInt32, self.triangle, stratum.region, stratum.guided)
+        v = to_unit(ray_index * GOLDEN_RATIO + mix(stratum.bits))
+        local = cosine_in_triangle(self.parts, triangle, spread(stratum.ray, stratum.count, stratum.bits), v)
+        weight = dr.gather(mi.Float, self.projected, stratum.region, stratum.guided) / mi.Float(stratum.count)
+        return dr.select(stratum.guided, local, even), dr.select(stratum.guided, weight, dr.pi / mi.Float(rays))
+
+    def hand_out(self, point: Any, ray_index: Any, rays: Any, bits: Any) -> Stratum:
+        """Return the triangle of each ray; ``bits``: random bits of the point."""
+        ray_count = mi.Float(rays)
         group = self.groups.group(point)
         begin = dr.gather(mi.UInt32, self.first, group)
         count = dr.gather(mi.UInt32, self.first, group + 1) - begin
@@ -72,9 +98,4 @@ class Strata:
             low, high = dr.select(past, middle, low), dr.select(past, high, middle)
         begins, ends = first_ray(low), first_ray(low + 1)
         bits_of_triangle = mix(bits ^ mix(low + 0x3C6EF372))
-        rays_inside = dr.maximum(ends - begins, 1)
-        triangle = dr.gather(mi.UInt32, self.triangle, begin + low, guided)
-        v = to_unit(ray_index * GOLDEN_RATIO + mix(bits_of_triangle))
-        local = cosine_in_triangle(self.parts, triangle, spread(ray_index - begins, rays_inside, bits_of_triangle), v)
-        weight = dr.gather(mi.Float, self.projected, begin + low, guided) / mi.Float(rays_inside)
-        return dr.select(guided, local, even), dr.select(guided, weight, dr.pi / ray_count)
+        return Stratum(guided, begin + low, ray_index - begins, dr.maximum(ends - begins, 1), bits_of_triangle)
