@@ -1,4 +1,4 @@
-"""Curves of convergence, and pictures from equal numbers of rays in all ways (the paper, figures 11 and 12)."""
+"""Curves of convergence, and pictures from equal numbers of even and guided rays (the paper, figures 11 and 12)."""
 
 from __future__ import annotations
 
@@ -10,12 +10,10 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from benchmarks import harness
-from benchmarks.radiosity import published
 from benchmarks.radiosity.convergence import METHODS, Curve, Method, Place, gathered
 from tracer.core.arrays import Floats
 from tracer.core.device import upload
 from tracer.image.colour import encode_srgb
-from tracer.radiosity.lattice import evenly, randomly
 
 SHOWN = ("evenly", "each for itself, strata", "distinct, strata", "distinct, warp", "entropy, warp", "deviation, warp")
 """Names of the methods whose curves are drawn."""
@@ -49,25 +47,19 @@ def draw_errors(axis: Axes, label: str, along: list[float], curves: list[Curve])
     axis.set_xlabel(label)
 
 
-def draw_all(place: Place, name: str, path: Path) -> None:
-    """Draw patches lit by few rays: random, of a lattice, by the paper's rules, and of the method ``name``."""
-    results = {
-        "random rays": published.plain(place, randomly, FEW, 0),
-        "lattice": published.plain(place, evenly, FEW, 0),
-        name: gathered(place, method_named(name), FEW, 0),
-        "the paper's rules": published.by_rules(place, published.Published(1, False, False), FEW, 0),
-        "energies made right": published.by_rules(place, published.Published(1, True, False), FEW, 0),
-    }
-    with harness.figure(path, 13, 9.2, dpi=80) as figure:
-        axes = figure.subplots(2, 3).ravel()
+def draw_both(place: Place, name: str, path: Path) -> None:
+    """Draw patches lit by few evenly spread rays, by as many rays of the method ``name``, and by many rays."""
+    with harness.figure(path, 13, 4.8, dpi=80) as figure:
+        axes = figure.subplots(1, 3)
         truth = lit(place, place.truth)
-        for axis, (title, result) in zip(axes, results.items(), strict=False):
+        for axis, method in zip(axes, ("evenly", name), strict=False):
+            result = gathered(place, method_named(method), FEW, 0)
             assert result is not None
             error = float(np.sqrt(np.mean((result.irradiance - place.truth) ** 2)) / place.truth.mean())
             axis.imshow(toned(picture(place, lit(place, result.irradiance)), truth))
-            axis.set_title(f"{title}: {result.rays:.0f} rays a patch, error {error:.3f}")
-        axes[-1].imshow(toned(picture(place, truth), truth))
-        axes[-1].set_title("many rays")
+            axis.set_title(f"{method}: {result.rays:.0f} rays a patch, error {error:.3f}")
+        axes[2].imshow(toned(picture(place, truth), truth))
+        axes[2].set_title("many rays")
         for axis in axes:
             axis.set_axis_off()
 

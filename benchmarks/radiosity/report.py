@@ -8,11 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks import harness
-from benchmarks.radiosity import ablations, convergence, figures, published, solutions
+from benchmarks.radiosity import ablations, convergence, figures, solutions
 from benchmarks.radiosity.convergence import Curve
 from benchmarks.radiosity.scenes import examples
 from tracer.progress import StepCallback
-from tracer.radiosity.paper import PaperRules
 from tracer.study.gains import Interval
 from tracer.study.tables import bounds, markdown_table
 
@@ -24,8 +23,8 @@ CORNELL, SHOWN = "Cornell box", "chandelier"
 """Scene that is compared with paths, and scene of the pictures."""
 SOLVED = ("chandelier", "cove", "foliage")
 """Scenes of which whole solutions and pictures are made."""
-FEW, MIDDLE, MANY = 64, 256, 1024
-"""Rays a point in the tables of the paper's rules; the second also in those that show all methods."""
+MIDDLE = 256
+"""Rays a point in the tables that show all methods."""
 BEST = "deviation, warp"
 """Name of the method whose gains are shown for all numbers of rays."""
 
@@ -38,13 +37,12 @@ def report(folder: Path, progress: StepCallback) -> None:
     scenes = examples()
     announce = harness.StepCounter(
         progress,
-        len(scenes) * (1 + convergence.step_count() + ablations.step_count() + published.step_count())
+        len(scenes) * (1 + convergence.step_count() + ablations.step_count())
         + sum(example.name in SOLVED for example in scenes) * solutions.step_count()
         + solutions.cornell_step_count(),
     )
     curves: list[Curve] = []
     uses: Rows = []
-    rules: Rows = []
     whole_solutions: Rows = []
     pictures: Rows = []
     for example in scenes:
@@ -52,10 +50,9 @@ def report(folder: Path, progress: StepCallback) -> None:
         place = convergence.prepare(example)
         curves += convergence.measure(place, announce)
         uses += ablations.uses(place, announce)
-        rules += published.measure(place, announce)
         if example.name == SHOWN:
-            figures.draw_all(place, "deviation, warp", folder / "figure_11.png")
-            figures.draw_all(place, "distinct, warp", folder / "figure_12.png")
+            figures.draw_both(place, "deviation, warp", folder / "figure_11.png")
+            figures.draw_both(place, "distinct, warp", folder / "figure_12.png")
         if example.name in SOLVED:
             whole_solutions += solutions.solutions(example, announce)
             pictures.append(solutions.pictures(example, announce))
@@ -68,7 +65,6 @@ def report(folder: Path, progress: StepCallback) -> None:
         "curves": [asdict(curve) for curve in curves],
         "gains": convergence.gains_over_even(curves),
         "uses": uses,
-        "rules": rules,
         "solutions": whole_solutions,
         "pictures": pictures,
         "paths": paths,
@@ -104,16 +100,8 @@ Mean absolute difference of pictures from 2048 paths a pixel, over their mean; a
 
 {path_table(numbers["paths"])}""",
         "Many patches": large_table(numbers["large"]),
-        f"The paper's rules, {MIDDLE} rays": f"""
-Gain over classical random rays, and in brackets how much brighter points are on average than they should be. Every \
-point looks for itself, with {PaperRules().look} rays through each triangle, and splits those where these see
-more than {PaperRules().threshold:g} faces; "looks free": these rays are not counted.
-
-{rules_table(numbers["rules"], MIDDLE)}""",
-        f"The paper's rules, {FEW} rays": rules_table(numbers["rules"], FEW),
-        f"The paper's rules, {MANY} rays": rules_table(numbers["rules"], MANY),
-        "As many rays in all ways": """
-As in figure 11 of the paper, with radiance as the guide of ours:
+        "As many rays, both ways": """
+As in figure 11 of the paper, with radiance as the guide:
 
 ![Figure 11](figure_11.png)
 
@@ -164,14 +152,6 @@ def ablation_table(uses: Rows, scenes: list[str]) -> str:
     """Return a table of the gains of all uses in all scenes."""
     cells = {(row["use"], row["scene"]): f"{row['equal_rays'][0]:.2f}" for row in uses}
     names = dict.fromkeys(row["use"] for row in uses)
-    return table(["", *scenes], [[name, *(cells.get((name, scene), "-") for scene in scenes)] for name in names])
-
-
-def rules_table(rows: Rows, rays: int) -> str:
-    """Return a table of the paper's rules in all scenes, at a number of rays."""
-    rows = [row for row in rows if row["rays"] == rays]
-    cells = {(row["method"], row["scene"]): f"{row['gain'][0]:.2f} ({100 * row['bias']:+.1f} %)" for row in rows}
-    scenes, names = scenes_of(rows), dict.fromkeys(row["method"] for row in rows)
     return table(["", *scenes], [[name, *(cells.get((name, scene), "-") for scene in scenes)] for name in names])
 
 

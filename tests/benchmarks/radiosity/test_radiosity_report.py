@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from benchmarks.radiosity import ablations, convergence, published, report, solutions
+from benchmarks.radiosity import ablations, convergence, report, solutions
 from benchmarks.radiosity.scenes import examples
 
 
@@ -20,10 +20,6 @@ def test_a_small_report_has_all_its_files_and_can_be_stopped(tmp_path, monkeypat
     monkeypatch.setattr(solutions, "RAYS", 16)
     monkeypatch.setattr(solutions, "SIZES", (0.8,))
     monkeypatch.setattr(solutions, "PATHS", 64)
-    monkeypatch.setattr(published, "RAYS", (64, 256))
-    monkeypatch.setattr(published, "SEEDS", 2)
-    forms = [published.Published(1, False, False), published.Published(1, True, True)]
-    monkeypatch.setattr(published, "FORMS", forms)
     few = [name for name in ablations.USES if name in ("deviation", "entropy", "deviation, depth 0")]
     monkeypatch.setattr(ablations, "USES", {name: ablations.USES[name] for name in few})
     needed = [example for example in examples() if example.name in (report.SHOWN, report.CORNELL)]
@@ -38,6 +34,4 @@ def test_a_small_report_has_all_its_files_and_can_be_stopped(tmp_path, monkeypat
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(report.FILES)
     page = (tmp_path / "results.md").read_text()
     assert "| deviation, warp |" in page
-    assert "| as printed, depth 1 |" in page
-    assert "| energies made right, depth 1, looks free |" in page
     assert "Many patches" in page
