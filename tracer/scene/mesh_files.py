@@ -25,8 +25,8 @@ Colour = tuple[float, float, float]
 """Red, green and blue, linear sRGB."""
 GREY: Colour = (0.5, 0.5, 0.5)
 """Colour of a part whose file tells none, linear sRGB."""
-BLANK_SIZE, BLANK_GREY = (2, 2), 102
-"""Size of the picture and the grey that trimesh makes up for a mesh with places in a texture, and without one."""
+BLANK_SHAPE, BLANK_GREY = (2, 2), 102
+"""Shape of the even picture, and the grey, that trimesh makes up for a mesh that has places in a texture alone."""
 MOST_HEADER = 1 << 16
 """Bytes within which the header of a PLY file ends."""
 FIRST_IS_ZERO = re.compile(rb"^[ \t]*f[ \t](?:[^\n]*[ \t])?0(?:[/ \t\r\n]|$)", re.MULTILINE)
@@ -162,9 +162,10 @@ def material_of(mesh: Any) -> Material:
     if material is None:  # colours of vertices or faces: their mean, if there are any
         return Material(colour=linear(visual.main_color)) if getattr(visual, "defined", False) else Material()
     picture = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
-    if picture is not None and picture.size == BLANK_SIZE and getattr(material, "diffuse", [0])[0] == BLANK_GREY:
-        return Material()
     texture = None if picture is None else np.asarray(picture.convert("RGB"), np.float32) / np.float32(255)
+    is_blank = texture is not None and texture.shape[:2] == BLANK_SHAPE and np.ptp(texture) == 0
+    if is_blank and getattr(material, "diffuse", [0])[0] == BLANK_GREY:
+        return Material()
     metallic, roughness = (getattr(material, key, None) for key in ("metallicFactor", "roughnessFactor"))
     return Material(
         str(getattr(material, "name", "") or ""),

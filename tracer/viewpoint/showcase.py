@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -27,10 +26,6 @@ LEVEL, SIDE = 2, 128
 """Views from the corners of an icosphere of this level are compared, by this many rays along each side."""
 LOWEST, HIGHEST = np.sin(np.radians(5)), np.sin(np.radians(50))
 """Sines of the least and the largest height of the camera above the horizon: people look at things from there."""
-UPRIGHT = (".glb", ".gltf", ".3mf", ".stl", ".obj")
-"""In files with these suffixes meshes usually stand upright; of others nobody knows."""
-STEEP = np.cos(np.radians(35))
-"""Cosine of the angle to the upward axis within which nobody would look at a thing that stands upright."""
 SKY, LAMP = 0.55, 9.0
 """Radiance of the grey sky, and of the lamp above the camera's left shoulder."""
 VERSION = b"showcase 1"
@@ -56,22 +51,17 @@ def showcase(path: Path) -> LoadedScene:
     shapes = shapes_of(parts)
     subject = open_subject(mi.load_dict({"type": "scene", **shapes}))
     place = stand(subject, up=up_of_file(path))
-    direction = best_direction(
-        Gauge(subject, place, Rays(side=SIDE), "entropy"), place.up, path.suffix.lower() in UPRIGHT
-    )
-    if abs(direction @ place.up) > STEEP:  # what was taken for up is not
-        place = replace(place, up=np.array([0.0, 0.0, 1.0]))
+    direction = best_direction(Gauge(subject, place, Rays(side=SIDE), "entropy"), place.up)
     scene = {"type": "scene", "integrator": {"type": "path"}, **shapes}
     scene |= {**camera(place, direction), **lights(place, direction)}
     return LoadedScene(path, {}, digest(VERSION, path.read_bytes()), mi.load_dict(scene))
 
 
-def best_direction(gauge: Gauge, up: Floats, is_upright: bool) -> Floats:
-    """Return the direction (3,) of the view with the most entropy of faces; if ``is_upright``, above the horizon."""
+def best_direction(gauge: Gauge, up: Floats) -> Floats:
+    """Return the direction (3,) of the view with the most entropy of faces, somewhat above the horizon."""
     directions = icosphere(LEVEL)[0]
     height = directions @ normalised(up)
-    if is_upright:
-        directions = directions[(height > LOWEST) & (height < HIGHEST)]
+    directions = directions[(height > LOWEST) & (height < HIGHEST)]
     return np.asarray(directions[np.argmax(np.nan_to_num(gauge.better(directions), nan=-np.inf))], np.float64)
 
 
