@@ -63,12 +63,31 @@ f 2 3 4
 """
 
 
+def test_metal_is_as_gltf_has_it(tmp_path):
+    """Left out, a material is metal; a picture has it in blue, and roughness in green."""
+    from PIL import Image
+
+    box = trimesh.creation.box()
+    picture = Image.fromarray(np.full((2, 2, 3), (0, 51, 102), np.uint8))
+    for number, (material, expected) in enumerate(
+        [
+            (PBRMaterial(baseColorFactor=[255, 255, 0, 255]), (1.0, 1.0)),
+            (PBRMaterial(metallicFactor=0.0, roughnessFactor=0.5), (0.0, 0.5)),
+            (PBRMaterial(metallicRoughnessTexture=picture), (0.4, 0.2)),
+        ]
+    ):
+        box.visual = trimesh.visual.TextureVisuals(uv=np.zeros((8, 2)), material=material)
+        box.export(tmp_path / f"{number}.glb")
+        (part,) = read_parts(tmp_path / f"{number}.glb")
+        assert (part.material.metallic, part.material.roughness) == pytest.approx(expected, abs=0.01)
+
+
 def test_groups_of_obj_are_parts_with_their_materials(tmp_path):
     (tmp_path / "mesh.obj").write_text(GROUPS)
-    (tmp_path / "colours.mtl").write_text("newmtl green\nKd 0 1 0\nnewmtl blue\nKd 0 0 1\n")
+    (tmp_path / "colours.mtl").write_text("newmtl green\nKd 0 0.5 0\nnewmtl blue\nKd 0 0 1\n")
     parts = read_parts(tmp_path / "mesh.obj")
     assert sorted(len(part.faces) for part in parts) == [1, 2]
-    assert {part.material.colour for part in parts} == {(0.0, 1.0, 0.0), (0.0, 0.0, 1.0)}
+    assert sorted(part.material.colour for part in parts) == [(0, 0, 1), pytest.approx((0, 0.5, 0), abs=0.01)]
     (tmp_path / "colours.mtl").unlink()
     assert sum(len(part.faces) for part in read_parts(tmp_path / "mesh.obj")) == 3
 

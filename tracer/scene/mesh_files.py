@@ -7,6 +7,7 @@ and material; other formats have a single part.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -166,25 +167,35 @@ def material_of(mesh: Any) -> Material:
     is_blank = texture is not None and texture.shape[:2] == BLANK_SHAPE and np.ptp(texture) == 0
     if is_blank and getattr(material, "diffuse", [0])[0] == BLANK_GREY:
         return Material()
-    metallic, roughness = (getattr(material, key, None) for key in ("metallicFactor", "roughnessFactor"))
-    return Material(
-        str(getattr(material, "name", "") or ""),
-        colour_of(material, texture is not None),
-        texture,
-        0.0 if metallic is None else float(metallic),
-        1.0 if roughness is None else float(roughness),
-    )
+    name = str(getattr(material, "name", "") or "")
+    return Material(name, colour_of(material, texture is not None), texture, *metal_of(material))
 
 
 def colour_of(material: Any, has_texture: bool) -> Colour:
-    """Return the colour of a material of trimesh; that of glTF is linear, others are encoded."""
-    factor = getattr(material, "baseColorFactor", None)
-    if factor is not None:
-        red, green, blue = (float(value) / 255 for value in factor[:3])
-        return red, green, blue
-    if has_texture or hasattr(material, "baseColorFactor"):
+    """Return the colour of a material of trimesh, which is linear in glTF and in the materials of OBJ."""
+    is_gltf = hasattr(material, "baseColorFactor")
+    factor = material.baseColorFactor if is_gltf else None if has_texture else material.main_color
+    if factor is None:
         return 1.0, 1.0, 1.0
-    return linear(material.main_color)
+    red, green, blue = (float(value) / 255 for value in factor[:3])
+    return red, green, blue
+
+
+def metal_of(material: Any) -> tuple[float, float]:
+    """Return how metallic and how rough a material of trimesh is; in glTF both are 1 if they are left out.
+
+    Where a picture says it, its mean is taken.
+    """
+    if not hasattr(material, "metallicFactor"):
+        return 0.0, 1.0
+    metallic, roughness = (
+        1.0 if value is None else float(value) for value in (material.metallicFactor, material.roughnessFactor)
+    )
+    picture = getattr(material, "metallicRoughnessTexture", None)
+    if picture is not None:
+        _, green, blue = (np.asarray(picture.convert("RGB"), np.float64) / 255).mean(axis=(0, 1))
+        metallic, roughness = metallic * float(blue), roughness * float(green)
+    return metallic, roughness
 
 
 def linear(encoded: Any) -> Colour:
@@ -201,3 +212,12 @@ def recentred(parts: list[Part]) -> tuple[list[Part], Floats]:
     if np.abs(middle).max() * DIGITS <= np.linalg.norm(high - low):
         return parts, np.zeros(3)
     return [replace(part, vertices=part.vertices - middle) for part in parts], middle
+
+
+def content_of(parts: list[Part]) -> Iterator[bytes]:
+    """Yield all that decides what pictures of parts show, piece by piece."""
+    for part in parts:
+        material = part.material
+        yield repr((part.name, material.name, material.colour, material.metallic, material.roughness)).encode()
+        for array in (part.vertices, part.faces, part.normals, part.places, material.texture):
+            yield b"" if array is None else array.tobytes()

@@ -54,7 +54,7 @@ def showcase(path: Path) -> LoadedScene:
     direction = best_direction(Gauge(subject, place, Rays(side=SIDE), "entropy"), place.up)
     scene = {"type": "scene", "integrator": {"type": "path"}, **shapes}
     scene |= {**camera(place, direction), **lights(place, direction)}
-    return LoadedScene(path, {}, digest(VERSION, path.read_bytes()), mi.load_dict(scene))
+    return LoadedScene(path, {}, digest(VERSION, *mesh_files.content_of(parts)), mi.load_dict(scene))
 
 
 def best_direction(gauge: Gauge, up: Floats) -> Floats:
