@@ -76,6 +76,7 @@ READ_ALONE = {
     "quad.ply": 2,
     "later.ply": 4,
     "five.ply": 3,
+    "big.ply": 3,
     "relative.obj": 1,
     "places.obj": 1,
     "normals.obj": 1,

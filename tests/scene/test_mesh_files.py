@@ -1,5 +1,7 @@
 """Meshes in all formats: the same triangles, parts and colours, or one sentence."""
 
+import struct
+
 import numpy as np
 import pytest
 import trimesh
@@ -97,6 +99,28 @@ def test_polygons_and_negative_numbers_of_obj(tmp_path):
     (part,) = read_parts(tmp_path / "mesh.obj")
     a, b, c = part.vertices[part.faces].transpose(1, 0, 2)
     assert 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() == pytest.approx(2)
+
+
+@pytest.mark.parametrize("order", ["little", "big"])
+def test_ply_may_have_triangles_quads_and_more_in_one_file(tmp_path, order):
+    """A cube of three quads, two pairs of triangles and a side with five corners."""
+    sides = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6, 4, 8], [1, 5, 7, 3]]
+    corners = np.array([[k & 1, k >> 1 & 1, k >> 2] for k in range(8)] + [[0, 0, 0.5]], float)
+    sign = {"little": "<", "big": ">"}[order]
+    header = f"ply\nformat binary_{order}_endian 1.0\nelement vertex 9\nproperty uchar red\n"
+    header += "property double x\nproperty double y\nproperty double z\nelement face 8\n"
+    header += "property list uchar uint vertex_indices\nproperty short flags\nend_header\n"
+    data = b"".join(struct.pack(f"{sign}B3d", 200, *corner) for corner in corners)
+    data += b"".join(struct.pack(f"{sign}B{len(side)}Ih", len(side), *side, 7) for side in sides)
+    (tmp_path / "cube.ply").write_bytes(header.encode() + data)
+    (part,) = read_parts(tmp_path / "cube.ply")
+    assert len(part.faces) == 2 + 2 + 1 + 1 + 1 + 1 + 3 + 2
+    a, b, c = part.vertices[part.faces].transpose(1, 0, 2)
+    assert 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() == pytest.approx(6)
+    assert abs(np.sum(a * np.cross(b, c)) / 6) == pytest.approx(1)  # the volume, as all look outwards
+    (tmp_path / "cube.ply").write_bytes(header.encode() + data[:-4])
+    with pytest.raises(SceneError, match=r"cube\.ply' "):
+        read_parts(tmp_path / "cube.ply")
 
 
 def test_ply_may_have_any_properties(tmp_path):

@@ -19,6 +19,7 @@ from tracer.core.extras import require_package
 from tracer.errors import SceneError
 from tracer.image.colour import decode_srgb
 from tracer.scene.mesh_defects import mesh_defect
+from tracer.scene.ply_polygons import read_polygons
 
 SUFFIXES = (".ply", ".obj", ".stl", ".off", ".glb", ".gltf", ".3mf")
 """Files with these suffixes are meshes."""
@@ -69,15 +70,11 @@ def read_parts(path: Path) -> list[Part]:
     """Return the parts of a mesh file that have faces. Raises SceneError."""
     if not path.is_file():
         raise SceneError(f"There is no mesh '{path}'.")
-    import trimesh  # takes a while
-
     if path.suffix.lower() == ".3mf":
         for package in ("lxml", "networkx"):
             require_package(package, package, f"'{path}' is a 3MF file, and reading it", "view")
-    groups = {"split_objects": True, "split_groups": True} if path.suffix.lower() == ".obj" else {}
     try:
-        loaded = trimesh.load_scene(path, process=False, **groups)
-        geometries = loaded.dump()
+        geometries = geometries_of(path)
     except Exception as error:  # whatever a damaged file makes a reader stumble over
         require_whole(path, None)
         reason = (str(error) or type(error).__name__).splitlines()[0]
@@ -90,6 +87,20 @@ def read_parts(path: Path) -> list[Part]:
         raise SceneError(f"'{path}' holds {what}; export it as a surface.")
     parts = [part_of(path, mesh, number) for number, mesh in enumerate(meshes)]
     return [replace(part, name=name) for part, name in zip(parts, own_names(parts), strict=True)]
+
+
+def geometries_of(path: Path) -> list[Any]:
+    """Return what a file holds, as objects of trimesh. Raises errors of many kinds."""
+    import trimesh  # takes a while
+
+    groups = {"split_objects": True, "split_groups": True} if path.suffix.lower() == ".obj" else {}
+    try:
+        return list(trimesh.load_scene(path, process=False, **groups).dump())
+    except Exception:  # of binary PLY files, trimesh reads those whose faces all have as many corners
+        polygons = read_polygons(path.read_bytes()) if path.suffix.lower() == ".ply" else None
+        if polygons is None:
+            raise
+        return [trimesh.Trimesh(*polygons, process=False)]
 
 
 def require_whole(path: Path, face_count: int | None) -> None:
