@@ -12,7 +12,9 @@ from benchmarks import harness
 RESULTS = Path(__file__).parents[2] / "results"
 
 
-@pytest.mark.parametrize("name", ["bias", "cluster", "guiding", "paper", "production", "radiosity", "time", "viewpoint"])
+@pytest.mark.parametrize(
+    "name", ["bias", "cluster", "guiding", "paper", "production", "radiosity", "time", "viewpoint"]
+)
 def test_a_page_is_what_its_numbers_say(name, monkeypatch):
     report = importlib.import_module(f"benchmarks.{name}.report")
     page = (RESULTS / name / "results.md").read_text()
