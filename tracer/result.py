@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from tracer.adaptive.convergence import Noise
 from tracer.adaptive.stopping import Reason
+from tracer.core import parallel
 from tracer.core.quantities import mean_count
 from tracer.denoising.postprocess import (
     Seen,  # imported at run time too: Dr.Jit looks up the type hints of objects that an integrator holds
@@ -121,12 +122,18 @@ class Report:
 
 def histogram(count: NDArray[np.uint32]) -> dict[str, int]:
     """Return how many counts lie between powers of two, by "first-last"; empty ranges at both ends are left out."""
-    exponents = np.frexp(count.astype(np.float64))[1]  # count = m 2^e with m in [0.5, 1)
+    exponents = parallel.fill(np.empty(count.shape, np.int8), exponent_of, count)
     numbers = {}
     for exponent in range(int(exponents.min()), int(exponents.max()) + 1):
         first, last = (1 << exponent) // 2, max((1 << exponent) - 1, 0)
         numbers[str(first) if first == last else f"{first}-{last}"] = int(np.count_nonzero(exponents == exponent))
     return numbers
+
+
+def exponent_of(count: NDArray[np.uint32]) -> NDArray[np.int32]:
+    """Return e of count = m 2^e with m in [0.5, 1)."""
+    exponent: NDArray[np.int32] = np.frexp(count.astype(np.float64))[1]
+    return exponent
 
 
 @dataclass(frozen=True)

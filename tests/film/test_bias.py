@@ -11,7 +11,7 @@ from scipy import stats
 import tracer
 from tracer.core.device import upload
 from tracer.film import bias
-from tracer.film.bias import UnbiasedMean, chances, lost_light, part_of, trusted, weights
+from tracer.film.bias import UnbiasedMean, chances, light_added, lost_light, trusted, weights
 from tracer.film.estimate import Statistics
 from tracer.session.merge import merge
 
@@ -117,7 +117,7 @@ def test_all_of_it_is_given_back_but_no_more_than_a_twentieth(part, seed):
         noise, brightness = bias.NOISY * stderr[..., channel], image[..., channel]
         most = bias.MOST * (noise * brightness / (noise + brightness)).sum()
         assert given_back == pytest.approx(np.clip(wanted, -most, most), rel=1e-3, abs=1e-4)
-    assert part_of(lost, image, 3) == pytest.approx(lost[..., :3].mean() / image[..., :3].mean(), abs=1e-6)
+    assert light_added(image + lost, image, 3) == pytest.approx(lost[..., :3].mean() / image[..., :3].mean(), abs=1e-6)
 
 
 def test_what_is_measured_is_trusted_as_far_as_its_error_allows():

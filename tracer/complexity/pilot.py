@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import drjit as dr
@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.complexity import measures
+from tracer.core import parallel
 from tracer.core.arrays import Floats
 from tracer.core.device import divide, multiplicity, numbers_hit
 from tracer.core.hashing import mix
@@ -58,32 +59,32 @@ class Complexity:
     @cached_property
     def shape_entropy(self) -> Floats:
         """Entropy of shape IDs in bits."""
-        return self.expand(measures.ray_entropy(self.same_shape))
+        return self.of_blocks(measures.ray_entropy, self.same_shape)
 
     @cached_property
     def face_entropy(self) -> Floats:
         """Entropy of face IDs in bits."""
-        return self.expand(measures.ray_entropy(self.same_face))
+        return self.of_blocks(measures.ray_entropy, self.same_face)
 
     @cached_property
     def shape_gini(self) -> Floats:
         """Gini-Simpson index of shape IDs, 0 to 1 - 1 / K."""
-        return self.expand(measures.ray_gini(self.same_shape))
+        return self.of_blocks(measures.ray_gini, self.same_shape)
 
     @cached_property
     def face_gini(self) -> Floats:
         """Gini-Simpson index of face IDs, 0 to 1 - 1 / K."""
-        return self.expand(measures.ray_gini(self.same_face))
+        return self.of_blocks(measures.ray_gini, self.same_face)
 
     @cached_property
     def distinct(self) -> Floats:
         """Number of different shapes that the rays of the block hit; to miss counts as one of them."""
-        return self.expand(measures.ray_distinct(self.same_shape))
+        return self.of_blocks(measures.ray_distinct, self.same_shape)
 
     @cached_property
     def viewpoint(self) -> Floats:
         """C(V) of the paper, with shapes as surfaces and the block as image."""
-        return self.expand(measures.ray_viewpoint(self.same_shape, self.hit, self.surfaces))
+        return self.of_blocks(partial(measures.ray_viewpoint, surfaces=self.surfaces), self.same_shape, self.hit)
 
     @cached_property
     def geometry_contrast(self) -> Floats:
@@ -92,6 +93,10 @@ class Complexity:
         Equation 10 of J. Rigau, M. Feixas and M. Sbert, "Entropy-based adaptive sampling", Graphics Interface 2003.
         """
         return self.expand(measures.contrast(self.look_at_geometry()))
+
+    def of_blocks(self, measure: Callable[..., Floats], *arrays: NDArray) -> Floats:
+        """Return a measure of the K rays of each block, from arrays (rows of blocks, columns, K), as (H, W)."""
+        return self.expand(parallel.fill(np.empty(self.same_shape.shape[:2]), measure, *arrays))
 
     def expand(self, values: Floats) -> Floats:
         """Return values of blocks (rows of blocks, columns) as values of pixels (H, W)."""

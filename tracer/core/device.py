@@ -16,6 +16,7 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tracer.core import parallel
 from tracer.core.arrays import Floats, Singles
 
 ALIGNMENT = 64
@@ -42,7 +43,7 @@ def upload(kind: Any, array: ArrayLike) -> Any:
     if dr.backend_v(kind) != dr.JitBackend.LLVM or numbers.size * numpy_kind(kind)().itemsize < LARGE:
         return kind(with_room(np.asarray(numbers, numpy_kind(kind))))
     target = dr.empty(kind, numbers.size)
-    target.numpy().reshape(numbers.shape)[...] = numbers
+    parallel.copy(target.numpy().reshape(numbers.shape), numbers)
     return target
 
 
@@ -63,7 +64,8 @@ def to_host(array: Any, shape: tuple[int, ...]) -> NDArray:
     worker, that thread waits for Dr.Jit's lock while it holds Python's, and the thread that draws may hold Dr.Jit's
     lock and wait for Python's.
     """
-    return np.array(array.numpy().reshape(shape))
+    values = array.numpy().reshape(shape)
+    return parallel.copy(np.empty(values.shape, values.dtype), values)
 
 
 def channels_of(values: Singles, count: int) -> list[Any]:

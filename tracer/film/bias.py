@@ -25,6 +25,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from tracer.core import parallel
 from tracer.core.arrays import Singles
 from tracer.core.device import channels_of, divide, interleave, to_host, upload
 from tracer.core.reductions import sums
@@ -124,7 +125,12 @@ class UnbiasedMean:
         """Return this mean minus the plain mean of each pixel's samples (H, W, C); 0 if all counts are equal."""
         if np.ptp(statistics.count) == 0:
             return np.zeros_like(statistics.mean)
-        return self.total / self.weight[..., None] - statistics.mean
+        return parallel.fill(np.empty_like(self.total), excess, self.total, self.weight, statistics.mean)
+
+
+def excess(total: Singles, weight: Singles, mean: Singles) -> Singles:
+    """Return ``total`` (H, W, C) per ``weight`` (H, W), minus ``mean`` (H, W, C)."""
+    return total / weight[..., None] - mean
 
 
 def mean_at_the_end(
@@ -216,10 +222,11 @@ def with_lost_light(
     """Return a picture (H, W, C) with the light that decisions have lost; as it is if ``unbiased`` is None."""
     if unbiased is None:
         return image
-    return image + lost_light(image, stderr, unbiased.above(statistics)[frame.inner], frame.colour_channels)
+    lost = lost_light(image, stderr, unbiased.above(statistics)[frame.inner], frame.colour_channels)
+    return parallel.fill(lost, np.add, image, lost)
 
 
-def part_of(lost: Singles, image: Singles, colours: int) -> float:
-    """Return the mean of the light that was lost over the mean of the picture; 0 for a black picture."""
-    mean = float(image[..., :colours].mean(dtype=np.float64))
-    return float(lost[..., :colours].mean(dtype=np.float64)) / mean if mean else 0.0
+def light_added(bright: Singles, image: Singles, colours: int) -> float:
+    """Return by which part of its mean a picture (H, W, C) is brighter than ``image``; 0 if that is black."""
+    means = [float(picture[..., :colours].mean(dtype=np.float64)) for picture in (bright, image)]
+    return means[0] / means[1] - 1.0 if means[1] else 0.0

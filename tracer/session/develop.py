@@ -48,7 +48,7 @@ def develop(rendering: Rendering, features: bool, denoise: bool) -> Result:
         seen = see(*drawn, statistics.count) if features else None
     unbiased = state.unbiased_mean(statistics) if rendering.planner.loses_light else None
     bright = bias.with_lost_light(view, image, stderr, statistics, unbiased)
-    report.light_given_back = bias.part_of(bright - image, image, view.colour_channels)
+    report.light_given_back = bias.light_added(bright, image, view.colour_channels)
     noisy = None
     if denoise:
         noisy = bright[..., : view.colour_channels]

@@ -188,7 +188,7 @@ def picture(
     if absent := missing(whole.sources):
         report.note(absent)
     report.describe(frame, statistics, whole.plain["done"], None)
-    report.light_given_back = bias.part_of(right - image, image, frame.colour_channels)
+    report.light_given_back = bias.light_added(right, image, frame.colour_channels)
     noisy = None
     if denoise_by is not None:
         noisy, before = right[..., : frame.colour_channels], time.perf_counter()

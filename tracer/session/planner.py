@@ -13,7 +13,7 @@ from tracer.adaptive.decision import Decision, Situation
 from tracer.adaptive.schedule import Schedule, first_samples
 from tracer.adaptive.sharing import share_out
 from tracer.complexity.pilot import Complexity
-from tracer.core import threads
+from tracer.core import parallel, threads
 from tracer.core.arrays import Floats
 from tracer.core.device import to_host
 from tracer.core.smoothing import gaussian, smoothed
@@ -149,6 +149,10 @@ class Planner:
         if self.weighed is None or self.weighed[0] is not known:
             (smooth_brightness,) = smoothed(self.view.luminance_on_device(known.mean), self.view.grid, gaussian(1.0))
             smooth = to_host(smooth_brightness, self.view.grid)
-            weights = objective.weights(self.settings.objective, smooth, self.settings.exposure)
+            weights = parallel.fill(np.empty(self.view.grid), self.weights_at, smooth)
             self.weighed = known, objective.without_scale(weights)
         return self.weighed[1]
+
+    def weights_at(self, luminance: Floats) -> Floats:
+        """Return the objective's weights of pixels (any shape) of this luminance."""
+        return objective.weights(self.settings.objective, luminance, self.settings.exposure)

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from benchmarks import harness
-from benchmarks.time import measure, report
+from benchmarks.time import cases, measure, report
+from benchmarks.time.many_shapes import write_scene
 from benchmarks.time.ways import in_turn
 from tracer.errors import SettingsError
 
@@ -16,7 +17,7 @@ from tracer.errors import SettingsError
 def test_a_report_is_written(tmp_path, monkeypatch):
     public = tmp_path / "public" / "made"
     public.mkdir(parents=True)
-    report.write_scene(public / "scene.xml", 5)
+    write_scene(public / "scene.xml", 5)
     for name, value in (
         ("SHAPES", 12),
         ("WIDTH", 32),
@@ -24,12 +25,12 @@ def test_a_report_is_written(tmp_path, monkeypatch):
         ("MORE_SPPS", (4,)),
         ("SIZES", ((48, 27),)),
         ("SCALED_SIZE", (48, 27)),
+        ("SIZED", (cases.MADE,)),
         ("TURNS", 2),
     ):
-        monkeypatch.setattr(measure if name == "TURNS" else report, name, value)
+        monkeypatch.setattr(measure if name == "TURNS" else cases, name, value)
     bundled = [path for path in harness.bundled_scenes() if path.stem == "even_noise"]
     monkeypatch.setattr(harness, "bundled_scenes", lambda: bundled)
-    monkeypatch.setattr(report, "SIZED", (report.MADE,))
     steps = []
     report.report(tmp_path, lambda text, done, total: steps.append((done, total)), tmp_path / "public")
     assert steps[-1][0] == steps[-1][1] - 1
@@ -46,16 +47,16 @@ def test_a_report_is_written(tmp_path, monkeypatch):
 
 
 def test_pictures_that_would_take_too_long_are_left_out(monkeypatch):
-    case = report.Case("slow", Path("slow.xml"), 64, 64, 2)
-    first = str(replace(case, spp=report.SPPS[0]))
-    rows = [{"wall": [report.LONGEST / 2, report.LONGEST]}] * len(case.ways)
+    case = cases.Case("slow", Path("slow.xml"), 64, 64, 2)
+    first = str(replace(case, spp=cases.SPPS[0]))
+    rows = [{"wall": [cases.LONGEST / 2, cases.LONGEST]}] * len(case.ways)
     monkeypatch.setattr(report, "measure", lambda case: pytest.fail("it is rendered"))
     assert report.case_rows(case, {first: rows}) == []
     rendered = []
     monkeypatch.setattr(report, "measure", lambda case: rendered.append(case) or [])
     report.case_rows(case, {})
     report.case_rows(case, {first: rows[:1]})  # a large picture, rendered in one way only
-    report.case_rows(case, {first: [{"wall": [report.LONGEST / 5]}] * len(case.ways)})
+    report.case_rows(case, {first: [{"wall": [cases.LONGEST / 5]}] * len(case.ways)})
     assert len(rendered) == 3
 
 
