@@ -28,9 +28,9 @@ from tracer.viewpoint.reports.complexity_map import complexity_map, view_from
 from tracer.viewpoint.reports.context import ViewContext
 from tracer.viewpoint.reports.cover import cover_report
 from tracer.viewpoint.reports.measure import measure
-from tracer.viewpoint.reports.tour import tour
+from tracer.viewpoint.reports.tour import Film, tour
 from tracer.viewpoint.search import Found, Valued, exhaustive_search, paper_search
-from tracer.viewpoint.source import Crystal, Opened, open_source
+from tracer.viewpoint.source import Counted, Crystal, Opened, open_source
 from tracer.viewpoint.survey import survey
 
 FILES = (harness.PAGE, harness.NUMBERS)
@@ -74,8 +74,10 @@ def report(folder: Path, progress: StepCallback, public: Path) -> None:
     Scenes in the folder ``scenes`` of ``public`` are searched too. Raises KeyboardInterrupt if ``progress`` stops it.
     """
     opened = {path: replace(open_source(public / "meshes" / path), up=up) for path, up in MESHES.items()}
-    opened |= {path.name: open_source(path, "shape") for path in harness.bundled_scenes()}
-    opened |= {path.parent.name: open_source(path, "shape") for path in sorted(public.glob("scenes/*/scene.xml"))}
+    opened |= {path.name: open_source(path, Counted("shape")) for path in harness.bundled_scenes()}
+    opened |= {
+        path.parent.name: open_source(path, Counted("shape")) for path in sorted(public.glob("scenes/*/scene.xml"))
+    }
     pairs = measured_pairs(opened)
     drawings = [name for name, (file, _) in DRAWINGS.items() if file in opened]
     total = 1 + len(pairs) + len(COVERED) * len(ENOUGH) + 1 + len(CRYSTALS + MOLECULES) + len(drawings)
@@ -268,7 +270,7 @@ def own_map(context: ViewContext) -> None:
 
 DRAWINGS: dict[str, tuple[str, Callable[[ViewContext], object]]] = {
     "measures-bunny": ("bunny.ply", lambda context: measure(context, SHOWN_MEASURES, 2)),
-    "tour-spot": ("spot.obj", lambda context: tour(context, "entropy", 40, 6.0, 81, 200)),
+    "tour-spot": ("spot.obj", lambda context: tour(context, "entropy", 40, 6.0, Film(81, 200))),
     "map-staircase2": ("staircase2", own_map),
     "cover-teapot": ("teapot.ply", lambda context: cover_report(context, 2, 0.5, "entropy", None, 0.98)),
 }

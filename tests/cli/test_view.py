@@ -262,3 +262,71 @@ def test_results_are_not_overwritten_unasked(scene, tmp_path):
     with pytest.raises(TracerError, match="exists; choose another folder, or --overwrite"):
         call("measure", scene, "-o", tmp_path / "out", *few)
     call("measure", scene, "-o", tmp_path / "out", "--overwrite", *few)
+
+
+ROOM = """<scene version="3.0.0">
+    <sensor type="perspective">
+        <transform name="to_world"><lookat origin="-1.5,-1.5,0" target="1,1,-0.5" up="0,0,1"/></transform>
+    </sensor>
+    <shape type="cube" id="shell"><transform name="to_world"><scale x="2" y="2" z="1.3"/></transform></shape>
+    <shape type="cube" id="box"><transform name="to_world"><scale value="0.3"/><translate z="-1"/></transform></shape>
+    <emitter type="point"><point name="position" x="0" y="0" z="1"/></emitter>
+</scene>"""
+
+
+@pytest.fixture
+def interior(tmp_path):
+    path = tmp_path / "room.xml"
+    path.write_text(ROOM)
+    return path
+
+
+def test_a_room_is_looked_at_from_inside(interior, tmp_path):
+    said = call("best", interior, "--surfaces", "shape", "-o", tmp_path / "in", "--side", 32)
+    assert "The scene is a room" in said
+    assert names_in(tmp_path / "in") == ["best.json", "best.png", "camera.xml", "plan.png"]
+    report = json.loads((tmp_path / "in" / "best.json").read_text())
+    assert np.all(np.abs(report["eye"]) < [2, 2, 1.3])
+    call("best", interior, "--outside", "--search", "paper", "-o", tmp_path / "out", *FEW)
+    assert "sphere.png" in names_in(tmp_path / "out")
+    with pytest.raises(TracerError, match="mean nothing"):
+        call("best", interior, "--inside", "--distance", 9, "-o", tmp_path / "none", *FEW)
+    assert not (tmp_path / "none").exists()
+
+
+def test_a_tour_inside(interior, tmp_path):
+    few = ["--steps", 3, "--frames", 4, "--size", 32]
+    call("tour", interior, "--surfaces", "shape", "-o", tmp_path / "tour", *few, *FEW)
+    assert {"path.png", "path.csv", "cameras.xml", "tour.webp", "frame0003.png"} <= set(names_in(tmp_path / "tour"))
+
+
+def test_inside_of_what_has_no_inside(tmp_path):
+    path = tmp_path / "flat.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    with pytest.raises(TracerError, match="no place inside"):
+        call("best", path, "--inside", "-o", tmp_path / "none", *FEW)
+    assert not (tmp_path / "none").exists()
+
+
+def test_weights_groups_and_light(scene, tmp_path):
+    few = ["--search", "paper", "--surfaces", "shape", "-m", "visible", *FEW]
+    call("best", scene, "-o", tmp_path / "weight", "--weight", "ball=5", *few)
+    assert json.loads((tmp_path / "weight" / "best.json").read_text())["value"] == 6
+    call("best", scene, "-o", tmp_path / "group", "--group", "b*", *few)
+    assert json.loads((tmp_path / "group" / "best.json").read_text())["value"] == 1
+    call("best", scene, "-o", tmp_path / "light", "--by-light", *few)
+    assert 0 < json.loads((tmp_path / "light" / "best.json").read_text())["value"] < 2
+    with pytest.raises(TracerError, match="Nothing is called 'bal', did you mean 'ball'"):
+        call("best", scene, "-o", tmp_path / "none", "--weight", "bal=5", *few)
+    assert not (tmp_path / "none").exists()
+
+
+def test_a_molecule_from_another(scene, tmp_path):
+    for name, x in (("near", 0.0), ("far", 9.0)):
+        (tmp_path / f"{name}.xyz").write_text(f"2\n\nC {x} 0 0\nO {x} 1.2 0\n")
+    call("best", tmp_path / "far.xyz", "--from", tmp_path / "near.xyz", "-o", tmp_path / "out", "-q")
+    assert names_in(tmp_path / "out") == ["best.json", "best.png", "camera.xml", "sites.csv"]
+    assert json.loads((tmp_path / "out" / "best.json").read_text())["eye"][0] > 1
+    with pytest.raises(TracerError, match="is none by its name"):
+        call("best", tmp_path / "far.xyz", "--from", scene, "-o", tmp_path / "none", "-q")
+    assert not (tmp_path / "none").exists()

@@ -132,4 +132,4 @@ def test_what_is_shown_adds_nothing_to_the_entropy_of_the_next_view():
 def test_the_worth_of_a_view_is_the_entropy_of_what_is_missing():
     areas, missing = np.array([1.0, 2, 0, 4], np.float32), np.array([True, False, True, True])
     shares = np.array([1, 4, 11]) / 16  # the background is 9, and the 2 that is shown
-    assert module.worth_of(areas, missing, 16.0) == pytest.approx(-np.sum(shares * np.log2(shares)))
+    assert module.worth_of(areas, missing, np.ones(4), 16.0) == pytest.approx(-np.sum(shares * np.log2(shares)))

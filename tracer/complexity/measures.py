@@ -27,6 +27,17 @@ def entropy(counts: ArrayLike) -> Floats:
     return -np.sum(p * np.log2(p, out=np.zeros_like(p), where=p > 0), axis=-1) + 0.0
 
 
+def weighted_entropy(counts: ArrayLike, weights: ArrayLike) -> Floats:
+    """Return -sum w p log2 p in bits of counts or areas (..., K) with weights w >= 0 (..., K); 0 where nothing counts.
+
+    With all weights 1 it is Shannon's entropy. S. Guiasu, "Weighted entropy", Reports on Mathematical Physics 2(3),
+    1971.
+    """
+    p = probabilities(counts)
+    logs = p * np.log2(p, out=np.zeros_like(p), where=p > 0)
+    return -np.sum(np.asarray(weights, np.float64) * logs, axis=-1) + 0.0
+
+
 def gini(counts: ArrayLike) -> Floats:
     """Return the Gini-Simpson index 1 - sum p^2 of counts (..., K): 0 to 1 - 1/K; 0 where nothing was counted."""
     p = probabilities(counts)

@@ -35,7 +35,8 @@ class Cover:
     chosen: Integers
     """(N,): numbers of the views in the order of choice, without the superfluous ones."""
     covered: Floats
-    """(N,): share of the true area of all surfaces that any view sees, shown well by the views up to this one."""
+    """(N,): share of the true area, times weight, of all surfaces that any view sees, which the views up to this one
+    show well."""
     dropped: Integers
     """Numbers of the views that were chosen and became superfluous."""
     unseen: Integers
@@ -60,7 +61,8 @@ def cover(
     A view shows a surface well if its projected area is at least ``quality``, in (0, 1], of the largest that it has in
     any view. ``rule``: choose the view with the largest entropy of surfaces not yet shown, or with the largest true
     area newly shown, or the one with which the sum of the projected areas in all chosen views diverges least from the
-    true areas (M. Sbert and others, CAe 2005). ``most``: end after this many views. ``enough``: end when this share of
+    true areas (M. Sbert and others, CAe 2005). Areas count times the weights of their surfaces, and a surface of weight
+    0 need not be shown. ``most``: end after this many views. ``enough``: end when this share of
     the true area is shown. ``told`` is called with the number of views and the share shown after each choice, and with
     zeros while views are traced. Raises SceneError if true areas are unknown.
     """
@@ -73,8 +75,9 @@ def cover(
     for _, areas in look:
         np.maximum(largest, areas, out=largest)
     visible = largest > 0
-    weights = np.where(visible, np.maximum(subject.areas, 1e-300), 0.0)
-    missing = visible.copy()
+    counts = visible & (subject.weights > 0)
+    weights = np.where(counts, np.maximum(subject.areas, 1e-300) * subject.weights, 0.0)
+    missing = counts.copy()
     mixed = np.zeros(subject.count)
     chosen: list[int] = []
     shown: list[NDArray[np.bool_]] = []
@@ -86,7 +89,7 @@ def cover(
                 continue
             new_area = float(weights[shows].sum())
             if rule == "entropy":
-                worth = (worth_of(areas, missing, lens.image_area), new_area)
+                worth = (worth_of(areas, missing, subject.weights, lens.image_area), new_area)
             else:
                 worth = (new_area, 0.0) if rule == "area" else (-divergence_of(mixed + areas, weights), new_area)
             if worth > best_worth:
@@ -96,7 +99,7 @@ def cover(
         missing &= ~pick_shows
         shown.append(look.row(pick) >= quality * largest)
         told(len(chosen), 1 - float(weights[missing].sum() / weights.sum()))
-    shown = [surfaces & visible for surfaces in shown]
+    shown = [surfaces & counts for surfaces in shown]
     remaining, dropped = without_superfluous(shown, chosen)
     covered_surfaces = np.zeros(subject.count, bool)
     covered = []
@@ -114,16 +117,21 @@ def cover(
     )
 
 
-def worth_of(areas: NDArray[np.float32], missing: NDArray[np.bool_], image_area: float) -> float:
-    """Return the entropy in bits of a view in which all surfaces but the ``missing`` ones are background."""
-    seen = areas[missing & (areas > 0)].astype(np.float64)
-    return float(measures.entropy(np.append(seen, max(image_area - seen.sum(), 0.0))))
+def worth_of(areas: NDArray[np.float32], missing: NDArray[np.bool_], weights: Floats, image_area: float) -> float:
+    """Return the entropy in bits of a view in which all surfaces but the ``missing`` ones are background.
+
+    ``weights`` (Z,): how much each surface counts; the background counts 1.
+    """
+    counted = missing & (areas > 0)
+    seen = areas[counted].astype(np.float64)
+    seen_weights = np.append(weights[counted], 1.0)
+    return float(measures.weighted_entropy(np.append(seen, max(image_area - seen.sum(), 0.0)), seen_weights))
 
 
 def divergence_of(mixed: Floats, weights: Floats) -> float:
     """Return the divergence in bits of the shares of projected areas from those of true areas, both (Z,)."""
     p, q = mixed / mixed.sum(), weights / weights.sum()
-    seen = p > 0
+    seen = (p > 0) & (q > 0)
     return float(np.sum(p[seen] * np.log2(p[seen] / q[seen])))
 
 

@@ -18,6 +18,7 @@ from scipy.special import digamma
 
 from tracer.complexity import measures
 from tracer.core.arrays import Floats
+from tracer.errors import SettingsError
 from tracer.viewpoint.item_buffer import Rays, Viewpoints, projected_areas
 from tracer.viewpoint.lens import Lens
 from tracer.viewpoint.surfaces import Subject
@@ -45,8 +46,11 @@ def estimate_entropy(
     """Return the entropy of each view from ``rays`` random rays.
 
     Without background, only rays that hit a surface count. Where all rays see the same, one surface or nothing, entropy
-    and error are 0, as the rays tell nothing about what they did not see.
+    and error are 0, as the rays tell nothing about what they did not see. Raises SettingsError for a subject with
+    weights, for which there is no such correction.
     """
+    if subject.is_weighted:
+        raise SettingsError("Entropy with weights needs a dense grid of rays; leave out --random.")
     rows = []
     for batch in projected_areas(subject, viewpoints, lens, Rays(random=rays, seed=seed)):
         for areas in batch.areas:

@@ -13,6 +13,7 @@ from tracer.core.arrays import Floats
 from tracer.core.device import upload
 from tracer.core.sphere import icosphere, normalised
 from tracer.errors import SettingsError
+from tracer.image.colour import decode_srgb
 from tracer.viewpoint.atom_files import Atoms
 from tracer.viewpoint.surfaces import Subject, open_subject
 
@@ -94,15 +95,16 @@ def zone_axes(atoms: Atoms, most: int = 2) -> Floats:
     return directions / np.linalg.norm(directions, axis=1, keepdims=True)
 
 
-def open_molecule(atoms: Atoms, radius: float | None = None) -> Subject:
-    """Return atoms as a subject in which each atom is a surface.
+def open_molecule(atoms: Atoms, radius: float | Floats | None = None) -> Subject:
+    """Return atoms as a subject in which each atom is a surface, which has the name of its element.
 
-    ``radius``: of all balls in Angstrom; None: half the covalent radius of each atom. Raises SettingsError.
+    ``radius``: of all balls, or of each (N,), in Angstrom; None: half the covalent radius of each atom. Raises
+    SettingsError.
     """
     require_few(len(atoms))
-    if radius is not None and not 0 < radius < np.inf:
-        raise SettingsError(f"The radius of atoms must be positive, not {radius:g}.")
-    radii = np.full(len(atoms), radius) if radius is not None else COVALENT_SHARE * covalent_radii(atoms.symbols)
+    if radius is not None and not (np.all(np.asarray(radius) > 0) and np.all(np.isfinite(radius))):
+        raise SettingsError(f"The radius of atoms must be positive, not {radius}.")
+    radii = COVALENT_SHARE * covalent_radii(atoms.symbols) if radius is None else np.full(len(atoms), radius)
     points, faces = icosphere(BALL_LEVEL)
     # Scaled to the mean projected area of the ball that it stands for: a quarter of the area of any convex body.
     a, b, c = points[faces].transpose(1, 0, 2)
@@ -116,7 +118,7 @@ def open_molecule(atoms: Atoms, radius: float | None = None) -> Subject:
     parameters["faces"] = upload(mi.UInt32, triangles)
     parameters.update()
     scene = mi.load_dict({"type": "scene", "atoms": mesh})
-    return open_subject(scene, groups=np.repeat(np.arange(len(atoms)), len(faces)))
+    return open_subject(scene, groups=np.repeat(np.arange(len(atoms)), len(faces)), names=atoms.symbols)
 
 
 def require_few(count: int, most: int = MOST_ATOMS) -> None:
@@ -133,3 +135,22 @@ def covalent_radii(symbols: list[str]) -> Floats:
     radii = np.array([table[atomic_numbers.get(name, 0)] for name in symbols], np.float64)
     known = np.array([atomic_numbers.get(name, 0) > 0 for name in symbols]) & np.isfinite(radii)
     return np.where(known, radii, 0.7)
+
+
+def van_der_waals_radii(symbols: list[str]) -> Floats:
+    """Return van der Waals radii (N,) by element (S. Alvarez, Dalton Transactions, 2013); 2 if unknown."""
+    from ase.data import atomic_numbers
+    from ase.data.vdw_alvarez import vdw_radii
+
+    numbers = np.array([atomic_numbers.get(name, 0) for name in symbols])
+    radii = np.array([vdw_radii[number] if number < len(vdw_radii) else np.nan for number in numbers], np.float64)
+    return np.where((numbers > 0) & np.isfinite(radii), radii, 2.0)
+
+
+def colours_of(symbols: list[str]) -> Floats:
+    """Return colours (N, 3) of atoms by element, linear sRGB: those of Jmol, which chemists know."""
+    from ase.data import atomic_numbers
+    from ase.data.colors import jmol_colors
+
+    encoded = np.array([jmol_colors[atomic_numbers.get(symbol, 0)] for symbol in symbols], np.float64)
+    return decode_srgb(encoded)

@@ -47,6 +47,16 @@ class Sight:
         return float(self.projected.sum())
 
     @property
+    def weights(self) -> Floats:
+        """(K,): how much each surface that is seen counts."""
+        return self.subject.weights[self.surfaces]
+
+    @property
+    def weighted(self) -> Floats:
+        """(K,): projected areas times weights."""
+        return self.projected * self.weights
+
+    @property
     def shares(self) -> Floats:
         """(K,): p(z|v) = a_z / a_t; empty where nothing is seen."""
         return self.projected / self.total if len(self.projected) else self.projected

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,10 @@ from tracer.scene.load_errors import load_error
 from tracer.scene.mesh_scene import shapes_of
 from tracer.scene.validate import require_faces
 from tracer.viewpoint import atom_files, molecules
+from tracer.viewpoint.docking import Pair, open_pair
+from tracer.viewpoint.light import shown_by_light
 from tracer.viewpoint.surfaces import Subject, open_subject
+from tracer.viewpoint.weights import weighted, with_weights
 
 SERIALIZED = ".serialized"
 """Suffix of Mitsuba's own mesh files, which it reads itself."""
@@ -46,6 +50,20 @@ class Opened:
 
 
 @dataclass(frozen=True)
+class Counted:
+    """What counts as a surface, and how much."""
+
+    surfaces: str | None = None
+    """A kind of surface, or an attribute of meshes, see ``number_surfaces``; None: as usual."""
+    groups: tuple[str, ...] = ()
+    """Patterns of names of shapes; those that match one are one surface."""
+    weights: Mapping[str, float] = field(default_factory=dict)
+    """How much surfaces count, by patterns of their names; see ``tracer.viewpoint.weights``."""
+    by_light: bool = False
+    """Whether surfaces count as well as the scene's light shows them."""
+
+
+@dataclass(frozen=True)
 class Crystal:
     """What to do with atoms before they are looked at."""
 
@@ -62,24 +80,38 @@ class Crystal:
         return any(value is not None for value in (self.repeat, self.cut, self.radius))
 
 
-def open_source(path: Path, surfaces: str | None = None, crystal: Crystal | None = None) -> Opened:
+def open_source(path: Path, counted: Counted | None = None, crystal: Crystal | None = None) -> Opened:
     """Return the subject that a file holds. Raises SceneError or SettingsError.
 
-    ``surfaces``: face (the default), shape or bsdf; must be None for a molecule, whose surfaces are its atoms.
+    Of a molecule the surfaces are the atoms, so that ``counted`` can have weights alone, by element.
     """
-    crystal = crystal or Crystal()
-    suffix = path.suffix.lower()
-    if suffix in atom_files.SUFFIXES:
-        if surfaces is not None:
-            raise SettingsError(f"The surfaces of a molecule are its atoms: leave out 'surfaces' for '{path}'.")
-        return open_atoms(path, crystal)
-    if crystal.asked:
+    counted, crystal = counted or Counted(), crystal or Crystal()
+    if path.suffix.lower() in atom_files.SUFFIXES:
+        if counted.surfaces is not None or counted.groups or counted.by_light:
+            raise SettingsError(
+                f"The surfaces of a molecule are its atoms, without light: leave out 'surfaces', 'group' and "
+                f"'by-light' for '{path}'."
+            )
+        opened = open_atoms(path, crystal)
+    elif crystal.asked:
         raise SettingsError(f"Repeating, cutting and the radius of atoms are for molecules, and '{path}' is none.")
+    else:
+        opened = open_scene_file(path, counted)
+    subject = opened.subject
+    if counted.by_light:
+        subject = with_weights(subject, shown_by_light(subject))
+    return replace(opened, subject=weighted(subject, counted.weights) if counted.weights else subject)
+
+
+def open_scene_file(path: Path, counted: Counted) -> Opened:
+    """Return the subject that a scene or a mesh file holds. Raises SceneError or SettingsError."""
+    suffix = path.suffix.lower()
+    kind = counted.surfaces or ("shape" if counted.groups else "face")
     if suffix in mesh_files.SUFFIXES:
         parts, (x, y, z) = mesh_files.recentred(mesh_files.read_parts(path))
         scene = mi.load_dict({"type": "scene", **shapes_of(parts)})
         origin = (float(x), float(y), float(z))
-        return Opened(open_subject(scene, surfaces or "face"), up=up_of_file(path), origin=origin)
+        return Opened(open_subject(scene, kind, patterns=counted.groups), up=up_of_file(path), origin=origin)
     if suffix == SERIALIZED:
         if not path.is_file():
             raise SceneError(f"There is no mesh '{path}'.")
@@ -95,7 +127,7 @@ def open_source(path: Path, surfaces: str | None = None, crystal: Crystal | None
     else:
         suffixes = ", ".join([".xml", *mesh_files.SUFFIXES, SERIALIZED, *atom_files.SUFFIXES])
         raise SceneError(f"'{path}' is no scene, mesh or molecule by its name; its suffix must be one of {suffixes}.")
-    return Opened(open_subject(scene, surfaces or "face"), up=upwards(scene))
+    return Opened(open_subject(scene, kind, patterns=counted.groups), up=upwards(scene))
 
 
 def upwards(scene: Any) -> tuple[float, float, float]:
@@ -118,22 +150,43 @@ def open_atoms(path: Path, crystal: Crystal) -> Opened:
 
     A crystal that is neither to be repeated nor to be cut is cut to a ball, as a single cell shows little.
     """
-    require_package("ase", "ase", f"'{path}' is a molecule, and reading it", "view")
-    from ase.data import atomic_numbers
-    from ase.data.colors import jmol_colors
-
-    original = atoms = atom_files.read_atoms(path)
+    original = atoms = read_molecule(path)
     if crystal.repeat is not None:
         atoms = molecules.repeat(atoms, crystal.repeat)
     if crystal.cut is not None:
         atoms = molecules.ball(atoms, crystal.cut)
     elif crystal.repeat is None and atoms.cell is not None:
         atoms = molecules.ball(atoms, float(np.linalg.norm(atoms.cell, axis=1).max()) * 1.5)
-    encoded = np.array([jmol_colors[atomic_numbers.get(symbol, 0)] for symbol in atoms.symbols])
     return Opened(
         molecules.open_molecule(atoms, crystal.radius),
-        colours=encoded**2.2,
+        colours=molecules.colours_of(atoms.symbols),
         orthographic=True,
         axes=molecules.zone_axes(original),
         crystal=original.cell is not None,
     )
+
+
+def read_molecule(path: Path) -> atom_files.Atoms:
+    """Return the atoms of a file. Raises SceneError, or MissingPackageError without ASE."""
+    require_package("ase", "ase", f"'{path}' is a molecule, and reading it", "view")
+    return atom_files.read_atoms(path)
+
+
+def open_pair_of_files(path: Path, other: Path, counted: Counted, crystal: Crystal) -> tuple[Opened, Pair]:
+    """Return a molecule as it is seen from another one, and both; see ``tracer.viewpoint.docking``.
+
+    The other one hides what lies behind it and does not count. Raises SceneError or SettingsError.
+    """
+    for molecule in (path, other):
+        if molecule.suffix.lower() not in atom_files.SUFFIXES:
+            raise SettingsError(f"From a surface, molecules are looked at, and '{molecule}' is none by its name.")
+    if crystal.repeat is not None or crystal.cut is not None or counted.surfaces or counted.groups or counted.by_light:
+        raise SettingsError(
+            "With --from, atoms are taken as they are: leave out repeat, cut, surfaces, group, by-light."
+        )
+    pair = Pair(read_molecule(path), read_molecule(other))
+    subject = open_pair(pair.seen, pair.seen_from, crystal.radius)
+    if counted.weights:
+        subject = weighted(subject, counted.weights)
+    colours = molecules.colours_of([*pair.seen.symbols, *pair.seen_from.symbols])
+    return Opened(subject, colours=colours), pair

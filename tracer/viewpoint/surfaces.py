@@ -1,8 +1,8 @@
 """The subject, which is what is looked at: a scene cut up into surfaces, their true areas, and the sphere around it.
 
 What counts as a surface is a choice: a *face* (a triangle of a mesh, or any other primitive, such as a sphere), a
-*shape*, all shapes that share a *bsdf*, or groups of faces that the caller numbers (atoms). An instance counts as
-one surface.
+*shape*, all shapes that share a *bsdf*, faces of the same value of an attribute, or groups of faces that the caller
+numbers (atoms). An instance counts as one surface.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal, get_args
+from typing import Any
 
 import drjit as dr
 import mitsuba as mi
@@ -19,10 +19,9 @@ from numpy.typing import NDArray
 
 from tracer.core.arrays import Floats, Integers
 from tracer.core.device import numbers_hit, table_by_shape, upload
-from tracer.errors import SceneError, SettingsError
+from tracer.errors import SceneError
+from tracer.viewpoint.grouping import number_surfaces
 
-Surfaces = Literal["face", "shape", "bsdf"]
-"""These kinds of surface can be chosen by name."""
 LARGEST = 1e10
 """The radius of a subject is at most this: products of three lengths must stay within the range of single precision."""
 NEAREST = 1e-5
@@ -30,8 +29,6 @@ NEAREST = 1e-5
 
 Below it, coordinates in single precision have fewer than two digits left for what differs within the subject.
 """
-SURFACES: tuple[str, ...] = get_args(Surfaces)
-"""These are the names of the kinds of surface."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,8 +69,14 @@ class Subject:
     scene: Any
     areas: Floats
     """(Z,): true area of each surface; NaN if the area of a shape in it is unknown."""
+    weights: Floats
+    """(Z,): how much each surface counts in a view, 1 by default; see ``tracer.viewpoint.weights``."""
     names: list[str]
-    """Names of the surfaces; empty if they are faces or groups of faces."""
+    """Names of the surfaces; empty if they are faces."""
+    shape_names: list[str]
+    """Names of the shapes, in their order."""
+    face_counts: Integers
+    """Number of faces of each shape."""
     mesh: Mesh
     centre: Floats
     """(3,): centre of the bounding box."""
@@ -94,6 +97,11 @@ class Subject:
         """Whether the true areas of all surfaces are known."""
         return bool(np.all(np.isfinite(self.areas)))
 
+    @property
+    def is_weighted(self) -> bool:
+        """Whether some surfaces count more than others."""
+        return bool(np.any(self.weights != 1))
+
     def surface(self, intersection: Any) -> Any:
         """Return the surface (mi.UInt32) that each preliminary intersection hits; for a miss, any number below Z."""
         hit = intersection.is_valid()
@@ -104,20 +112,28 @@ class Subject:
         return face if self.surface_of_face is None else dr.gather(mi.UInt32, self.surface_of_face, face, hit)
 
 
-def open_subject(scene: Any, surfaces: str = "face", groups: Sequence[int] | NDArray | None = None) -> Subject:
+def open_subject(
+    scene: Any,
+    surfaces: str = "face",
+    groups: Sequence[int] | NDArray | None = None,
+    names: Sequence[str] = (),
+    patterns: Sequence[str] = (),
+) -> Subject:
     """Return a loaded ``mi.Scene`` as a subject.
 
-    ``groups``: the surface of every face in the order of the scene's shapes, instead of ``surfaces``. Raises SceneError
-    for a scene without shapes, SettingsError for an unknown kind of surface.
+    ``surfaces`` and ``patterns``: see ``number_surfaces``. ``groups``: the surface of every face in the order of the
+    scene's shapes, instead of both, and ``names``: the names of these surfaces. Raises SceneError for a scene without
+    shapes, SettingsError for an unknown kind of surface.
     """
-    if surfaces not in SURFACES:
-        raise SettingsError(f"Unknown kind of surface '{surfaces}'; choose one of {', '.join(SURFACES)}.")
     shapes = list(scene.shapes())
     counts = np.array([shape.primitive_count() for shape in shapes], np.int64)
     if counts.sum() == 0:
         raise SceneError("There is nothing to look at: the scene has no shape, or its meshes have no face.")
     first_faces = np.cumsum(counts) - counts
-    surface, names = number_surfaces(shapes, counts, surfaces) if groups is None else (np.asarray(groups), [])
+    if groups is None:
+        surface, found_names = number_surfaces(shapes, counts, surfaces, patterns)
+    else:
+        surface, found_names = np.asarray(groups), list(names)
     mesh, face_areas = gather_mesh(shapes, counts, surface)
     corners = [mesh.vertices] if len(mesh.vertices) else []
     corners += [box_corners(shape) for shape in shapes if not shape.is_mesh() and shape.primitive_count()]
@@ -125,11 +141,15 @@ def open_subject(scene: Any, surfaces: str = "face", groups: Sequence[int] | NDA
     centre = (points.min(axis=0) + points.max(axis=0)) / 2
     radius = float(np.linalg.norm(points - centre, axis=-1).max())
     check_size(centre, radius)
-    faces_are_surfaces = groups is None and surfaces == "face"
+    faces_are_surfaces = groups is None and surfaces == "face" and not patterns
+    areas = np.bincount(surface, face_areas, int(surface.max()) + 1).astype(np.float64)
     return Subject(
         scene=scene,
-        areas=np.bincount(surface, face_areas, int(surface.max()) + 1).astype(np.float64),
-        names=names,
+        areas=areas,
+        weights=np.ones(len(areas)),
+        names=found_names,
+        shape_names=[shape.id() for shape in shapes],
+        face_counts=counts,
         mesh=mesh,
         centre=centre,
         radius=radius,
@@ -148,19 +168,6 @@ def check_size(centre: Floats, radius: float) -> None:
             f"What there is to look at has a radius of {radius:.3g} and is {distance:.3g} from the origin, where "
             "single precision cannot tell its parts; move it nearer."
         )
-
-
-def number_surfaces(shapes: list[Any], counts: Integers, surfaces: str) -> tuple[Integers, list[str]]:
-    """Return the surface of every face, and the names of the surfaces, none if they are faces."""
-    if surfaces == "face":
-        return np.arange(counts.sum()), []
-    owners = shapes if surfaces == "shape" else [shape.bsdf() for shape in shapes]
-    keys: dict[int, int] = {}
-    numbers = [keys.setdefault(id(owner) if owner is not None else 0, len(keys)) for owner in owners]
-    names = [""] * len(keys)
-    for owner, k in zip(owners, numbers, strict=True):
-        names[k] = owner.id() if owner is not None else "no bsdf"
-    return np.repeat(numbers, counts), names
 
 
 def gather_mesh(shapes: list[Any], counts: Integers, surface: Integers) -> tuple[Mesh, Floats]:

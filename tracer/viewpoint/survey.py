@@ -93,6 +93,10 @@ def check(needs: set[str], subject: Subject, lens: Lens, rays: Rays, beside: Seq
         )
     if {"vertices", "saliency"} & needs and not len(subject.mesh.triangles):
         raise SettingsError("Curvature and saliency need a mesh, and the scene has none; use another measure.")
+    if subject.is_weighted and {"vertices", "picture"} & needs:
+        raise SettingsError(
+            "Silhouettes, depth and curvature do not tell surfaces apart, so weights cannot count; use another measure."
+        )
     if "areas" in needs and not subject.areas_known:
         raise SettingsError(
             "True areas are not known of all shapes (not of instances, curves, fields); use a measure without them."

@@ -1,5 +1,7 @@
 """Depth of pictures made by hand."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -11,7 +13,8 @@ def sight(depth, share=0.5):
     depth = np.asarray(depth, np.float32)
     hit = np.isfinite(depth)
     surfaces = np.array([0]) if hit.any() else np.array([], int)
-    return Sight(None, surfaces, np.full(len(surfaces), share), 1.0, picture=Picture(hit, depth))
+    subject = SimpleNamespace(weights=np.ones(1))
+    return Sight(subject, surfaces, np.full(len(surfaces), share), 1.0, picture=Picture(hit, depth))
 
 
 def test_depth_of_what_is_seen():

@@ -9,7 +9,7 @@ import pytest
 from tracer.viewpoint.measures import get, stability
 from tracer.viewpoint.observation import Picture, Sight
 
-SUBJECT = SimpleNamespace(count=4)
+SUBJECT = SimpleNamespace(count=4, weights=np.ones(4))
 
 
 def sight(areas, neighbours=(), depth=None):

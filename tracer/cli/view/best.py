@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -26,15 +27,20 @@ def best(
         ),
     ] = None,
     level: common.Level = 3,
+    other: Annotated[
+        Path | None,
+        typer.Option("--from", help="Another molecule, from the points of whose surface this one is looked at."),
+    ] = None,
 ) -> None:
     """Find the best view, with the paper's search and by trying views from all around.
 
-    Example: tracer view best scene.xml -m entropy -o best
+    The scene is looked at from inside if it is a room. Example: tracer view best scene.xml -m entropy -o best
     """
     from tracer.cli.show import simple_table
     from tracer.errors import SettingsError
     from tracer.viewpoint import measures as known
     from tracer.viewpoint.reports import best as report
+    from tracer.viewpoint.reports import best_inside, best_site
 
     known.get(measure)
     if good not in (None, "most", "least"):
@@ -45,7 +51,17 @@ def best(
         if name not in report.SEARCHES:
             raise SettingsError(f"Unknown search '{name}'; choose one of {', '.join(report.SEARCHES)}.")
         searches += [known_search for known_search in report.SEARCHES if known_search == name]
-    with common.view_context(view, report.FILES) as context:
-        lines = report.best(context, measure, searches, level, preferred)
+    files = best_site.FILES if other is not None else (*report.FILES, *best_inside.FILES)
+    with common.view_context(view, files, other, may_be_inside=True) as context:
+        headings: tuple[str, ...]
+        if context.pair is not None:
+            headings, lines = best_site.HEADINGS, best_site.best_site(context, context.pair, measure, preferred)
+        elif context.room is not None:
+            headings, lines = (
+                best_inside.HEADINGS,
+                best_inside.best_inside_report(context, context.room, measure, preferred),
+            )
+        else:
+            headings, lines = report.HEADINGS, report.best(context, measure, searches, level, preferred)
     if not view.quiet:
-        simple_table(report.HEADINGS, lines, measure)
+        simple_table(headings, lines, measure)

@@ -15,7 +15,10 @@ import typer
 from tracer.cli import options
 
 if TYPE_CHECKING:
+    from tracer.viewpoint.direction_measure import Stand
     from tracer.viewpoint.reports.context import ViewContext
+    from tracer.viewpoint.room import Room
+    from tracer.viewpoint.source import Counted, Crystal, Opened
 
 Three = tuple[float, float, float]
 Measure = Annotated[
@@ -38,8 +41,22 @@ class ViewOptions:
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for pictures, cameras, tables.")]
     surfaces: Annotated[
         str | None,
-        typer.Option(help="What counts as a surface: face, shape or bsdf. Of a molecule: its atoms. (face)"),
+        typer.Option(
+            help="What counts as a surface: face, shape, bsdf, or an attribute of meshes such as face_label. Of a "
+            "molecule: its atoms. (face)"
+        ),
     ] = None
+    group: Annotated[
+        list[str] | None,
+        typer.Option(help="Shapes whose names match, such as 'chair*', are one surface; may be repeated."),
+    ] = None
+    weight: Annotated[
+        list[str] | None,
+        typer.Option(help="NAME=WEIGHT: how much surfaces count, such as 'lamp*=5' or O=0; may be repeated."),
+    ] = None
+    by_light: Annotated[
+        bool, typer.Option("--by-light", help="Surfaces count as well as the scene's own light shows them.")
+    ] = False
     side: Annotated[int, typer.Option(help="Rays along each side of a view.", min=8, max=4096)] = 256
     random: Annotated[
         int | None,
@@ -62,6 +79,12 @@ class ViewOptions:
     ] = None
     cut: Annotated[float | None, typer.Option(help="Cut a ball of this radius out of a crystal, in Angstrom.")] = None
     atom_radius: Annotated[float | None, typer.Option(help="Radius of atoms in Angstrom. (by element)")] = None
+    inside: Annotated[
+        bool | None,
+        typer.Option(
+            "--inside/--outside", help="Look from inside, as in a room, or from all around. (inside if it is a room)"
+        ),
+    ] = None
     spp: Annotated[
         int,
         typer.Option(
@@ -98,18 +121,71 @@ def with_view_options(*left_out: str) -> Callable[[Callable[..., None]], Callabl
     return decorate
 
 
+def counted_of(view: ViewOptions) -> Counted:
+    """Return what counts as a surface, and how much. Raises SettingsError."""
+    from tracer.viewpoint.source import Counted
+    from tracer.viewpoint.weights import weights_from_text
+
+    return Counted(view.surfaces, tuple(view.group or ()), weights_from_text(view.weight or ()), view.by_light)
+
+
+def crystal_of(view: ViewOptions) -> Crystal:
+    """Return what to do with atoms."""
+    from tracer.viewpoint.source import Crystal
+
+    return Crystal(view.repeat, view.cut, view.atom_radius)
+
+
 @contextmanager
-def view_context(view: ViewOptions, results: tuple[str, ...]) -> Iterator[ViewContext]:
+def view_context(
+    view: ViewOptions, results: tuple[str, ...], other: Path | None = None, may_be_inside: bool = False
+) -> Iterator[ViewContext]:
     """Check the options, open the source, and yield the context of a report, while a progress bar is shown.
 
-    ``results``: names of the files that will be written. Raises SettingsError, SceneError or OutputError.
+    ``results``: names of the files that will be written. ``other``: the molecule from whose surface the source is seen.
+    ``may_be_inside``: whether a room is looked at from inside. Raises SettingsError, SceneError or OutputError.
     """
     import numpy as np
 
     from tracer.cli.progress import steps
     from tracer.core import backend
-    from tracer.errors import SettingsError
     from tracer.io.atomic import prepare_folder
+
+    require_sensible(view)
+    backend.activate()
+    from tracer.viewpoint.direction_measure import stand
+    from tracer.viewpoint.item_buffer import Rays
+    from tracer.viewpoint.rendered import require_light
+    from tracer.viewpoint.reports.context import ViewContext
+    from tracer.viewpoint.source import open_pair_of_files, open_source
+
+    pair = None
+    if other is None:
+        opened = open_source(view.source, counted_of(view), crystal_of(view))
+    else:
+        opened, pair = open_pair_of_files(view.source, other, counted_of(view), crystal_of(view))
+    if view.spp:
+        require_light(opened.subject)
+    parallel = opened.orthographic if view.orthographic is None else view.orthographic
+    centre: Any = None if view.centre is None else np.array(view.centre) - opened.origin
+    standpoint = stand(opened.subject, view.distance, centre, view.up or opened.up, parallel)
+    room = room_of(view, opened, standpoint) if may_be_inside and pair is None else None
+    folder_is_new = not view.output.exists()
+    prepare_folder(view.output, view.overwrite, results)
+    try:
+        with steps(view.quiet) as progress:
+            rays = Rays(random=view.random) if view.random else Rays(side=view.side)
+            yield ViewContext(opened, standpoint, rays, view.background, view.output, progress, view.spp, room, pair)
+    finally:
+        if folder_is_new and view.output.is_dir() and not any(view.output.iterdir()):
+            view.output.rmdir()  # the command failed before it wrote anything
+
+
+def require_sensible(view: ViewOptions) -> None:
+    """Raise SettingsError for places, distances and directions that make no sense."""
+    import numpy as np
+
+    from tracer.errors import SettingsError
 
     if view.distance is not None and not 0 < view.distance < float("inf"):
         raise SettingsError(f"The distance must be positive, not {view.distance:g}.")
@@ -117,25 +193,31 @@ def view_context(view: ViewOptions, results: tuple[str, ...]) -> Iterator[ViewCo
         raise SettingsError("A place or direction must be three finite numbers.")
     if view.up is not None and not 1e-100 < max(map(abs, view.up)) < 1e100:
         raise SettingsError("The upward vector must have a direction and a sensible length; give 0 0 1, for example.")
-    backend.activate()
-    from tracer.viewpoint.direction_measure import stand
-    from tracer.viewpoint.item_buffer import Rays
-    from tracer.viewpoint.rendered import require_light
-    from tracer.viewpoint.reports.context import ViewContext
-    from tracer.viewpoint.source import Crystal, open_source
 
-    opened = open_source(view.source, view.surfaces, Crystal(view.repeat, view.cut, view.atom_radius))
-    if view.spp:
-        require_light(opened.subject)
-    folder_is_new = not view.output.exists()
-    prepare_folder(view.output, view.overwrite, results)
-    parallel = opened.orthographic if view.orthographic is None else view.orthographic
-    centre: Any = None if view.centre is None else np.array(view.centre) - opened.origin
-    standpoint = stand(opened.subject, view.distance, centre, view.up or opened.up, parallel)
-    try:
-        with steps(view.quiet) as progress:
-            rays = Rays(random=view.random) if view.random else Rays(side=view.side)
-            yield ViewContext(opened, standpoint, rays, view.background, view.output, progress, view.spp)
-    finally:
-        if folder_is_new and view.output.is_dir() and not any(view.output.iterdir()):
-            view.output.rmdir()  # the command failed before it wrote anything
+
+def room_of(view: ViewOptions, opened: Opened, standpoint: Stand) -> Room | None:
+    """Return the room that is looked at from inside, if any, and tell the person of it.
+
+    Raises SceneError if there is none and inside was asked for, SettingsError for options that contradict it.
+    """
+    from tracer.errors import SceneError, SettingsError
+    from tracer.viewpoint.room import find_room
+
+    outside = view.distance is not None or view.centre is not None or view.orthographic is not None
+    if view.inside is False or (view.inside is None and (outside or opened.orthographic)):
+        return None
+    if view.inside and outside:
+        raise SettingsError("Inside, distance, centre and orthographic rays mean nothing: leave them out.")
+    if view.random and view.inside:
+        raise SettingsError("Inside, views are measured by a grid of rays: leave out --random.")
+    room = find_room(opened.subject, standpoint.up, force=view.inside is True)
+    if view.inside and room is None:
+        raise SceneError("There is no place inside where a person could stand: no floor, or nothing all around.")
+    if room is not None and view.random:
+        return None
+    if room is not None and not view.quiet:
+        typer.echo(
+            f"The scene is a room: views are searched inside it, from {len(room.places)} places where a person could "
+            "stand; --outside looks at it from outside."
+        )
+    return room

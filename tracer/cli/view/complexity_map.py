@@ -9,7 +9,7 @@ import typer
 from tracer.cli.view import common
 
 
-@common.with_view_options("distance", "random", "spp")
+@common.with_view_options("distance", "random", "spp", "inside", "weight", "by_light")
 def complexity_map(
     view: common.ViewOptions,
     kind: Annotated[

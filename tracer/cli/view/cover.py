@@ -9,7 +9,7 @@ import typer
 from tracer.cli.view import common
 
 
-@common.with_view_options("random")
+@common.with_view_options("random", "inside")
 def cover(
     view: common.ViewOptions,
     quality: Annotated[

@@ -9,7 +9,7 @@ import typer
 from tracer.cli.view import common
 
 
-@common.with_view_options("spp")
+@common.with_view_options("spp", "inside")
 def measure(
     view: common.ViewOptions,
     measures: Annotated[

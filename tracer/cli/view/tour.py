@@ -14,7 +14,9 @@ def tour(
     view: common.ViewOptions,
     measure: common.Measure = "entropy",
     steps: Annotated[int, typer.Option(help="Steps of the camera.", min=1, max=1000)] = 40,
-    step: Annotated[float, typer.Option(help="Length of a step in degrees.", min=0.1, max=45)] = 6.0,
+    step: Annotated[
+        float, typer.Option(help="Length of a step in degrees; inside, steps lead to the next place.", min=0.1, max=45)
+    ] = 6.0,
     avoid: Annotated[
         str, typer.Option(help="Keep away from the start (the paper's formula) or from all visited places (its text).")
     ] = "start",
@@ -29,6 +31,7 @@ def tour(
     from tracer.errors import OutputError, SettingsError
     from tracer.viewpoint import measures as known
     from tracer.viewpoint.reports import tour as report
+    from tracer.viewpoint.reports.tour_inside import tour_inside
     from tracer.viewpoint.tour import Avoided
 
     known.get(measure)
@@ -36,7 +39,11 @@ def tour(
         raise SettingsError(f"A tour avoids {' or '.join(get_args(Avoided))}, not '{avoid}'.")
     if not view.overwrite and any(view.output.glob("frame[0-9][0-9][0-9][0-9].png")):
         raise OutputError(f"'{view.output}' has frames of another tour; choose another folder, or --overwrite.")
-    with common.view_context(view, report.FILES) as context:
-        lines = report.tour(context, measure, steps, step, frames, size, cast(Avoided, avoid))
+    with common.view_context(view, report.FILES, may_be_inside=True) as context:
+        film = report.Film(frames, size)
+        if context.room is None:
+            lines = report.tour(context, measure, steps, step, film, cast(Avoided, avoid))
+        else:
+            lines = tour_inside(context, context.room, measure, steps, film, cast(Avoided, avoid))
     if not view.quiet:
         simple_table(report.HEADINGS, lines, measure)

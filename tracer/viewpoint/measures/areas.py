@@ -11,36 +11,47 @@ from tracer.viewpoint.observation import Sight
 
 @measure("visible", "most")
 def visible(sight: Sight) -> float:
-    """Return how many surfaces are seen."""
-    return float(len(sight.surfaces))
+    """Return how many surfaces are seen, each counted with its weight."""
+    return float(sight.weights.sum())
 
 
 @measure("projected_area", "most")
 def projected_area(sight: Sight) -> float:
-    """Return a_t as a share of the image, 0 to 1."""
-    return sight.total / sight.image_area
+    """Return a_t as a share of the image, 0 to 1; surfaces are counted with their weights."""
+    return float(sight.weighted.sum()) / sight.image_area
 
 
 @measure("viewpoint_complexity", "most")
 def viewpoint_complexity(sight: Sight) -> float:
-    """Return C(V) of the paper (section 3.1), 0 to 2: the shares of surfaces seen and of the image covered, added."""
-    return float(measures.viewpoint_complexity(sight.projected, sight.subject.count, sight.image_area))
+    """Return C(V) of the paper (section 3.1), 0 to 2: the shares of surfaces seen and of the image covered, added.
+
+    Surfaces are counted with their weights.
+    """
+    total_weight = float(sight.subject.weights.sum())
+    return (visible(sight) / total_weight if total_weight > 0 else 0.0) + projected_area(sight)
 
 
 @measure("visibility_ratio", "most", "areas")
 def visibility_ratio(sight: Sight) -> float:
-    """Return the true area of the surfaces that are seen as a share of that of all surfaces, 0 to 1."""
-    total_area = float(sight.subject.areas.sum())
-    return float(sight.subject.areas[sight.surfaces].sum()) / total_area if total_area > 0 else 0.0
+    """Return the true area of the surfaces that are seen as a share of that of all surfaces, 0 to 1.
+
+    Areas are counted with the weights of their surfaces.
+    """
+    areas = sight.subject.areas * sight.subject.weights
+    total_area = float(areas.sum())
+    return float(areas[sight.surfaces].sum()) / total_area if total_area > 0 else 0.0
 
 
 @measure("entropy", "most")
 def entropy(sight: Sight) -> float:
-    """Return the viewpoint entropy H in bits (the paper, section 3.1), the background included if it counts."""
-    areas = sight.projected
+    """Return the viewpoint entropy H in bits (the paper, section 3.1), the background included if it counts.
+
+    With weights it is the weighted entropy -sum w p log2 p, in which the background has the weight 1.
+    """
+    areas, weights = sight.projected, sight.weights
     if sight.background:
-        areas = np.append(areas, max(sight.image_area - sight.total, 0.0))
-    return float(measures.entropy(areas))
+        areas, weights = np.append(areas, max(sight.image_area - sight.total, 0.0)), np.append(weights, 1.0)
+    return float(measures.weighted_entropy(areas, weights))
 
 
 @measure("kullback_leibler", "least", "areas")
@@ -48,9 +59,11 @@ def kullback_leibler(sight: Sight) -> float:
     """Return the divergence in bits of p(z|v) from the shares of true area: 0 if all is seen in proportion to its area.
 
     M. Sbert, D. Plemenos, M. Feixas and F. Gonzalez, "Viewpoint quality: measures and applications", CAe 2005.
-    It is infinite if nothing is seen.
+    With weights, shares of area times weight are expected. It is infinite if nothing is seen.
     """
-    return max(divergence(sight, sight.subject.areas), 0.0)  # a value below 0 comes from rounding
+    return max(
+        divergence(sight, sight.subject.areas * sight.subject.weights), 0.0
+    )  # a value below 0 comes from rounding
 
 
 def divergence(sight: Sight, expected: np.ndarray) -> float:

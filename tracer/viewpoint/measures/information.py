@@ -22,13 +22,15 @@ def channel_of(sight: Sight) -> Channel:
 
 
 def sums_with(sight: Sight) -> Floats:
-    """Return the sums (Z,) of the channel, each at least the projected area in this view.
+    """Return the sums (Z,) of the channel, each at least the projected area in this view, times the weights.
 
-    A channel of other viewpoints may lack surfaces that this view alone sees.
+    With weights a surface is expected to be seen as much more as it counts more, which makes the mutual information
+    Feixas's extended one (Feixas, Sbert and Gonzalez 2009, section 7). A channel of other viewpoints may lack surfaces
+    that this view alone sees.
     """
     sums = channel_of(sight).sums.copy()
     sums[sight.surfaces] = np.maximum(sums[sight.surfaces], sight.projected)
-    return sums
+    return sums * sight.subject.weights
 
 
 @measure("mutual_information", "least", "channel")
@@ -41,13 +43,14 @@ def mutual_information(sight: Sight) -> float:
 def information_2(sight: Sight) -> float:
     """Return I2 = H(Z) - H(Z|v) in bits, negative if areas are more even in the view than in all views together.
 
-    It is infinite if nothing is seen.
+    It is infinite if nothing is seen. With weights, both are weighted entropies.
 
     M. DeWeese and M. Meister, "How to measure the information gained from one symbol", Network 10(4), 1999.
     """
     if not len(sight.surfaces):
         return float("inf")
-    return channel_of(sight).surface_entropy - float(measures.entropy(sight.projected))
+    of_all_views = float(measures.weighted_entropy(channel_of(sight).sums, sight.subject.weights))
+    return of_all_views - float(measures.weighted_entropy(sight.projected, sight.weights))
 
 
 @measure("information_3", "most", "channel")
@@ -57,4 +60,6 @@ def information_3(sight: Sight) -> float:
     D. Butts, "How much information is associated with a particular stimulus?", Network 14(2), 2003.
     """
     channel = channel_of(sight)
-    return float(np.sum(sight.shares * (channel.view_entropy - channel.entropy_of_views[sight.surfaces])))
+    return float(
+        np.sum(sight.weights * sight.shares * (channel.view_entropy - channel.entropy_of_views[sight.surfaces]))
+    )

@@ -12,18 +12,19 @@ from tracer.viewpoint.observation import Sight
 
 @measure("visible_saliency", "most", "channel", "saliency")
 def visible_saliency(sight: Sight) -> float:
-    """Return the sum of the saliency of the surfaces that are seen, in bits."""
-    return float(channel_of(sight).saliency[sight.surfaces].sum())
+    """Return the sum of the saliency of the surfaces that are seen, in bits, each counted with its weight."""
+    return float(np.sum(sight.weights * channel_of(sight).saliency[sight.surfaces]))
 
 
 @measure("projected_saliency", "most", "channel", "saliency")
 def projected_saliency(sight: Sight) -> float:
     """Return the sum in bits of S(z) p(v|z): the saliency of a surface times the share that this view has of it.
 
-    p(v|z) is the projected area of z in this view over the sum of its projected areas in all views.
+    p(v|z) is the projected area of z in this view over the sum of its projected areas in all views. Surfaces are
+    counted with their weights.
     """
-    shares = sight.projected / sums_with(sight)[sight.surfaces]
-    return float(np.sum(shares * channel_of(sight).saliency[sight.surfaces]))
+    sums = np.maximum(channel_of(sight).sums[sight.surfaces], sight.projected)
+    return float(np.sum(sight.weighted / sums * channel_of(sight).saliency[sight.surfaces]))
 
 
 @measure("salient_mutual_information", "least", "channel", "saliency")

@@ -22,9 +22,9 @@ def instability(sight: Sight) -> float:
     """Return the mean Jensen-Shannon divergence in bits between this view and those beside it, weighted by area.
 
     M. Feixas, M. Sbert and F. Gonzalez, 2009, section 4.2. The value is 0 without neighbours, and 1, the worst, if
-    nothing is seen.
+    nothing is seen. A surface of twice the weight counts as one of twice the area.
     """
-    if sight.total == 0:
+    if sight.weighted.sum() == 0:
         return 1.0
     return (
         float(np.mean([jensen_shannon(sight, neighbour) for neighbour in sight.neighbours]))
@@ -38,13 +38,16 @@ def jensen_shannon(first: Sight, second: Sight) -> float:
 
     It is also 1 if only one of the two sees nothing, and 0 if neither sees anything.
     """
-    total = first.total + second.total
-    if first.total == 0 or second.total == 0:
+    totals = [float(sight.weighted.sum()) for sight in (first, second)]
+    total = sum(totals)
+    if min(totals) == 0:
         return 0.0 if total == 0 else 1.0
     joint = np.zeros(first.subject.count)
-    joint[first.surfaces] += first.projected
-    joint[second.surfaces] += second.projected
-    separate = sum(sight.total * float(measures.entropy(sight.projected)) for sight in (first, second))
+    joint[first.surfaces] += first.weighted
+    joint[second.surfaces] += second.weighted
+    separate = sum(
+        area * float(measures.entropy(sight.weighted)) for area, sight in zip(totals, (first, second), strict=True)
+    )
     return max(float(measures.entropy(joint)) - separate / total, 0.0)
 
 

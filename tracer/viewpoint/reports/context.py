@@ -13,10 +13,13 @@ from tracer.core.sphere import frame, normalised
 from tracer.errors import SceneError
 from tracer.progress import StepCallback
 from tracer.viewpoint.direction_measure import Gauge, Stand
+from tracer.viewpoint.docking import Pair
 from tracer.viewpoint.headlight import look
 from tracer.viewpoint.item_buffer import Rays, Viewpoints
+from tracer.viewpoint.lens import Lens
 from tracer.viewpoint.measures import Best, get
 from tracer.viewpoint.rendered import render_views
+from tracer.viewpoint.room import Room
 from tracer.viewpoint.source import Opened
 
 THUMBNAIL = 220
@@ -35,6 +38,10 @@ class ViewContext:
     told: StepCallback
     spp: int = 0
     """Samples per pixel with which pictures are rendered; 0: they are lit from the eye instead."""
+    room: Room | None = None
+    """The room that is looked at from inside; None: views are from all around."""
+    pair: Pair | None = None
+    """Two molecules, of which the first is seen from the surface of the second."""
 
     def gauge(self, name: str, good: Best | None = None) -> Gauge:
         """Return a measure as a function of direction.
@@ -42,20 +49,28 @@ class ViewContext:
         ``good``: whether good views have the most or the least of it; by default as the measure says. Good views of a
         crystal have the least entropy, as they show how atoms lie in rows (the paper, section 4.5).
         """
-        if good is None and name == "entropy" and self.opened.crystal:
-            good = "least"
-        return Gauge(self.opened.subject, self.stand, self.rays, name, self.background, good or get(name).best)
+        return Gauge(self.opened.subject, self.stand, self.rays, name, self.background, self.good(name, good))
+
+    def good(self, name: str, asked: Best | None = None) -> Best:
+        """Return whether good views have the most or the least of a measure; see ``gauge``."""
+        if asked is None and name == "entropy" and self.opened.crystal:
+            return "least"
+        return asked or get(name).best
 
     def say(self, text: str, done: int, total: int) -> None:
         """Report progress. Raises KeyboardInterrupt if the person wants to stop."""
         if self.told(text, done, total) is False:
             raise KeyboardInterrupt
 
-    def pictures(self, viewpoints: Viewpoints, size: int = THUMBNAIL) -> list[Floats]:
-        """Return a picture (rows, size, 3) of each view in [0, 1], encoded as sRGB."""
+    def pictures(self, viewpoints: Viewpoints, size: int = THUMBNAIL, lens: Lens | None = None) -> list[Floats]:
+        """Return a picture (rows, size, 3) of each view in [0, 1], encoded as sRGB.
+
+        ``lens``: by default that of the stand.
+        """
         if self.spp:
-            return render_views(self.opened.subject, viewpoints, self.stand.lens, size, self.spp, self.stand.clip)
-        return look(self.opened.subject, viewpoints, self.stand.lens, size, self.opened.colours)
+            clip = self.stand.clip if lens is None else None
+            return render_views(self.opened.subject, viewpoints, lens or self.stand.lens, size, self.spp, clip)
+        return look(self.opened.subject, viewpoints, lens or self.stand.lens, size, self.opened.colours)
 
 
 def require_sight(seen: bool) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,8 @@ from tracer.io import atomic, exr
 from tracer.viewpoint import plots
 from tracer.viewpoint.camera import write_sensors
 from tracer.viewpoint.direction_measure import Gauge
+from tracer.viewpoint.item_buffer import Viewpoints
+from tracer.viewpoint.lens import Lens
 from tracer.viewpoint.reports.context import ViewContext, csv, name_direction, number, require_sight
 from tracer.viewpoint.search import exhaustive_search
 from tracer.viewpoint.tour import Avoided, carried, explore, smooth
@@ -28,14 +31,21 @@ FRAMES_PER_SECOND = 25
 """The film shows this many frames per second."""
 
 
+@dataclass(frozen=True)
+class Film:
+    """How many pictures a film has, and how many pixels wide they are."""
+
+    frames: int
+    size: int
+
+
 def tour(
-    context: ViewContext, name: str, steps: int, step: float, frames: int, size: int, avoided: Avoided = "start"
+    context: ViewContext, name: str, steps: int, step: float, film: Film, avoided: Avoided = "start"
 ) -> list[list[str]]:
     """Write ``FILES`` and ``frame0000.png`` ...; return the lines of the table under ``HEADINGS``.
 
-    The tour has ``steps`` steps of ``step`` degrees from the best view on; its film has ``frames`` pictures, ``size``
-    pixels wide. ``avoided``: what the camera keeps away from. Raises MissingPackageError without Pillow, SceneError if
-    no view sees anything.
+    The tour has ``steps`` steps of ``step`` degrees from the best view on. ``avoided``: what the camera keeps away
+    from. Raises MissingPackageError without Pillow, SceneError if no view sees anything.
     """
     require_film_maker()
     gauge = context.gauge(name)
@@ -57,18 +67,9 @@ def tour(
         smooth(path.directions, 12 * steps + 1),
         [{"start": path.directions[0], "end": path.directions[-1]}],
     )
-    viewpoints = carried(context.stand.centre, context.stand.distance, smooth(path.directions, frames), up)
-    pictures = []
-    for k in range(frames):
-        context.say("frames", k, frames)
-        picture = context.pictures(viewpoints[k : k + 1], size)[0]
-        exr.write_png(context.folder / f"frame{k:04d}.png", picture)
-        pictures.append(np.rint(np.clip(picture, 0, 1) * 255).astype(np.uint8))
-    write_film(context.folder / "tour.webp", pictures)
-    for frame in context.folder.glob("frame[0-9][0-9][0-9][0-9].png"):
-        if int(frame.stem[5:]) >= frames:
-            frame.unlink()  # left by a longer tour
-    write_sensors(context.folder / "cameras.xml", viewpoints, context.stand.lens, size, context.stand.clip)
+    viewpoints = carried(context.stand.centre, context.stand.distance, smooth(path.directions, film.frames), up)
+    write_frames(context, viewpoints, film)
+    write_sensors(context.folder / "cameras.xml", viewpoints, context.stand.lens, film.size, context.stand.clip)
     shown = gauge(path.directions)
     distances = np.degrees(angle(path.directions, path.directions[0]))
     table = list(zip(path.directions, shown, path.weights, distances, strict=True))
@@ -78,6 +79,20 @@ def tour(
         [str(k), name_direction(place, up), number(value), number(weight), f"{distance:.0f}°"]
         for k, (place, value, weight, distance) in enumerate(table)
     ]
+
+
+def write_frames(context: ViewContext, viewpoints: Viewpoints, film: Film, lens: Lens | None = None) -> None:
+    """Write the pictures of viewpoints as frames, and as films; ``lens``: by default that of the stand."""
+    pictures = []
+    for k in range(len(viewpoints)):
+        context.say("frames", k, len(viewpoints))
+        picture = context.pictures(viewpoints[k : k + 1], film.size, lens)[0]
+        exr.write_png(context.folder / f"frame{k:04d}.png", picture)
+        pictures.append(np.rint(np.clip(picture, 0, 1) * 255).astype(np.uint8))
+    write_film(context.folder / "tour.webp", pictures)
+    for frame in context.folder.glob("frame[0-9][0-9][0-9][0-9].png"):
+        if int(frame.stem[5:]) >= len(viewpoints):
+            frame.unlink()  # left by a longer tour
 
 
 def goodness(gauge: Gauge, values: Floats) -> Any:

@@ -1,0 +1,98 @@
+"""What light shows: values from the form factor of a small light, and views of the lit side are the best by light."""
+
+import mitsuba as mi
+import numpy as np
+import pytest
+
+from tracer.errors import SceneError
+from tracer.viewpoint.direction_measure import Gauge, stand
+from tracer.viewpoint.item_buffer import Rays
+from tracer.viewpoint.light import places_on_mesh, shown_by_light
+from tracer.viewpoint.surfaces import open_subject
+from tracer.viewpoint.weights import with_weights
+
+TURN = mi.ScalarTransform4f
+
+
+def plate(place, scale=0.01, reflectance=0.5, **more):
+    transform = TURN().translate(place).scale(scale)
+    return {
+        "type": "rectangle",
+        "to_world": transform,
+        "bsdf": {"type": "diffuse", "reflectance": reflectance},
+        **more,
+    }
+
+
+def test_small_plates_under_a_point_light():
+    # E = I cos / d^2, L = reflectance E / pi; one plate is shaded by a roof.
+    scene = mi.load_dict(
+        {
+            "type": "scene",
+            "integrator": {"type": "path", "max_depth": 2},
+            "near": plate([0, 0, 0]),
+            "far": plate([2, 0, 0], reflectance=0.8),
+            "shaded": plate([-2, 0, 0]),
+            "roof": plate([-1.5, 0, 0.5], 0.1, 0.0),
+            "light": {"type": "point", "position": [0, 0, 2], "intensity": 3.0},
+        },
+        optimize=False,
+    )
+    subject = open_subject(scene, "shape")
+    shown = dict(zip(subject.names, shown_by_light(subject), strict=True))
+    sent = {"near": 0.5 / np.pi * 3 / 4, "far": 0.8 / np.pi * 3 / 8 * np.cos(np.pi / 4), "shaded": 0, "roof": 0}
+    area = {"near": 1, "far": 1, "shaded": 1, "roof": 100}
+    mean = sum(area[name] * sent[name] for name in sent) / sum(area.values())
+    for name, value in sent.items():
+        assert shown[name] == pytest.approx(value / (value + mean), rel=1e-3, abs=1e-6)
+
+
+def test_light_leads_to_the_lit_side():
+    # Ten small cubes behind a wall lie in the dark; two in front of it are lit.
+    white = {"type": "diffuse"}
+    cubes = {
+        f"cube{k}": {
+            "type": "cube",
+            "to_world": TURN().translate([0.5 * (k % 5) - 1, 0.6 * (k // 5) - 0.3, -0.6]).scale(0.15),
+            "bsdf": white,
+        }
+        for k in range(10)
+    }
+    lit = {
+        f"lit{k}": {"type": "cube", "to_world": TURN().translate([k - 0.5, 0, 0.6]).scale(0.2), "bsdf": white}
+        for k in range(2)
+    }
+    wall = {"type": "cube", "to_world": TURN().scale([3, 3, 0.05]), "bsdf": white}
+    lamp = {"type": "directional", "direction": [0.2, 0.1, -1], "irradiance": 2.0}
+    scene = mi.load_dict(
+        {"type": "scene", "integrator": {"type": "path", "max_depth": 3}, **cubes, **lit, "wall": wall, "lamp": lamp}
+    )
+    subject = open_subject(scene)
+    place = stand(subject)
+    front_and_back = np.array([[0.3, 0.3, 0.9], [0.3, 0.3, -0.9]])
+    by_geometry, by_light = (
+        Gauge(each, place, Rays(side=96), "entropy").better(front_and_back)
+        for each in (subject, with_weights(subject, shown_by_light(subject)))
+    )
+    assert by_geometry[1] > by_geometry[0]
+    assert by_light[0] > by_light[1]
+
+
+def test_places_are_uniform_on_each_surface():
+    subject = open_subject(mi.load_dict({"type": "scene", "cube": {"type": "cube"}}), groups=[0] * 4 + [1] * 8)
+    points, normals, surface = places_on_mesh(subject, 4000, np.random.default_rng(1))
+    assert np.bincount(surface).tolist() == [4000, 4000]
+    assert np.all(np.abs(np.abs(points).max(axis=1) - 1) < 1e-6)
+    assert np.sum(points * normals, axis=1) == pytest.approx(np.ones(8000))  # outwards, at distance 1
+    sides = np.abs(normals[surface == 0]).argmax(axis=1) * np.sign(normals[surface == 0].sum(axis=1))
+    counts = np.unique(sides, return_counts=True)[1]
+    assert counts == pytest.approx([2000, 2000], abs=5 * np.sqrt(1000))
+
+
+def test_darkness_is_said():
+    dark = mi.load_dict({"type": "scene", "ball": {"type": "sphere"}})
+    with pytest.raises(SceneError, match="no light in the scene"):
+        shown_by_light(open_subject(dark))
+    away = {"type": "spot", "to_world": TURN().look_at([0, 0, 5], [0, 0, 9], [0, 1, 0])}
+    with pytest.raises(SceneError, match="reaches no surface"):
+        shown_by_light(open_subject(mi.load_dict({"type": "scene", "ball": {"type": "sphere"}, "spot": away})))

@@ -1,0 +1,115 @@
+"""Where a person could stand: not in a pillar, not on a table, not behind a wall; and what is seen and walked there."""
+
+import mitsuba as mi
+import numpy as np
+import pytest
+
+from tracer.viewpoint.inside import all_poses, best_inside, value_inside, viewpoints_of
+from tracer.viewpoint.item_buffer import Rays
+from tracer.viewpoint.room import EYE_HEIGHT, distance_to, find_room
+from tracer.viewpoint.surfaces import open_subject
+from tracer.viewpoint.walk import distances_on_foot, is_blocked, smooth_walk, walk
+
+UP = np.array([0.0, 0, 1])
+
+
+def block(low, high):
+    low, high = np.array(low, float), np.array(high, float)
+    place = mi.ScalarTransform4f().translate((low + high) / 2).scale((high - low) / 2)
+    return {"type": "cube", "to_world": place}
+
+
+def house(**more):
+    """Return a scene of two rooms, 4 x 4 x 2.6 each, with a wall between them, a table and a pillar in the first."""
+    camera = {"type": "perspective", "to_world": mi.ScalarTransform4f().look_at([1, 1, 1.6], [3, 3, 1], UP)}
+    return mi.load_dict(
+        {
+            "type": "scene",
+            "shell": block([0, 0, 0], [8, 4, 2.6]),
+            "wall": block([3.9, 0, 0], [4.1, 4, 2.6]),
+            "table": block([1.5, 2, 0.7], [3, 3.5, 0.75]),
+            "pillar": block([2.8, 0.5, 0], [3.4, 1.1, 2.6]),
+            "toy": block([5.8, 1.8, 0], [6.2, 2.2, 0.4]),
+            "camera": camera,
+            **more,
+        },
+        optimize=False,
+    )
+
+
+@pytest.fixture(scope="module")
+def subject():
+    return open_subject(house(), "shape")
+
+
+@pytest.fixture(scope="module")
+def room(subject):
+    return find_room(subject, UP)
+
+
+def test_a_person_stands_on_the_floor_of_the_room_with_the_camera(room):
+    x, y, z = room.places.T
+    assert len(room.places) > 50
+    assert room.height == pytest.approx(2.6, rel=1e-3)
+    assert z == pytest.approx(np.full(len(z), EYE_HEIGHT * 2.6), rel=1e-3)
+    assert np.all((x > 0) & (x < 3.9) & (y > 0) & (y < 4))  # the other room cannot be reached
+    assert not np.any((x > 1.51) & (x < 2.99) & (y > 2.01) & (y < 3.49))  # nor is the table a floor
+    assert not np.any((x > 2.8) & (x < 3.4) & (y > 0.5) & (y < 1.1))
+
+
+def test_a_door_leads_to_the_other_room():
+    doors = {"wall": block([3.9, 0, 0], [4.1, 2.8, 2.6])}
+    found = find_room(open_subject(house(**doors), "shape"), UP)
+    assert (found.places[:, 0] > 4.1).sum() > 30
+
+
+def test_an_object_is_no_room():
+    ball = {"type": "scene", "ball": {"type": "sphere"}}
+    assert find_room(open_subject(mi.load_dict(ball)), UP) is None
+    camera = {"type": "perspective", "to_world": mi.ScalarTransform4f().look_at([9, 9, 5], [4, 2, 1], UP)}
+    outside = open_subject(house(camera=camera), "shape")
+    assert find_room(outside, UP) is None  # its camera looks at it from outside
+    assert find_room(outside, UP, force=True) is not None
+    flat = open_subject(mi.load_dict({"type": "scene", "plate": {"type": "rectangle"}}))
+    assert find_room(flat, UP, force=True) is None
+
+
+def test_nothing_is_between_places_that_are_linked(subject, room):
+    start, end = room.places[room.links[:, 0]], room.places[room.links[:, 1]]
+    length = np.linalg.norm(end - start, axis=1)
+    assert np.all(distance_to(subject, start, (end - start) / length[:, None]) > length)
+    assert np.isfinite(distances_on_foot(room)).all()
+
+
+def test_the_best_view_is_at_least_as_good_as_all_that_are_tried(subject, room):
+    value = value_inside(subject, room, "entropy", "most")
+    pose, best, poses, values = best_inside(room, value, Rays(side=64))
+    assert best[0] >= values.max()
+    assert len(poses) == len(all_poses(room)) == len(values)
+    assert value(pose, Rays(side=64)) == pytest.approx(best)
+    views = viewpoints_of(room, poses)
+    for first, second in ((views.forward, views.up), (views.forward, views.right), (views.up, views.right)):
+        assert np.abs(np.sum(first * second, axis=1)).max() < 1e-12
+    assert np.all(views.up @ UP > 0)
+
+
+@pytest.mark.parametrize("avoided", ["start", "visited"])
+def test_a_walk_goes_from_place_to_place(subject, room, avoided):
+    value = value_inside(subject, room, "entropy", "most")
+    start = all_poses(room)[:1]
+    path = walk(room, value, Rays(side=32), start, 12, avoided)
+    assert len(path.poses) == 13
+    steps = {tuple(sorted(pair)) for pair in zip(path.poses.place[:-1], path.poses.place[1:], strict=True)}
+    assert steps <= {tuple(sorted(pair)) for pair in room.links.tolist()}
+    assert np.all(path.weights[1:] <= path.values[1:] * (1 + 1e-9))
+    assert path.distances[0] == 0
+    if avoided == "visited":
+        assert len(set(path.poses.place)) >= 10
+    views = smooth_walk(subject, room, path.poses, 50)
+    assert len(views) == 50
+    assert not is_blocked(subject, room, views.eyes)
+
+
+def test_a_curve_through_the_pillar_is_blocked(subject, room):
+    curve = np.linspace([2.5, 0.8, 1.6], [3.6, 0.8, 1.6], 20)
+    assert is_blocked(subject, room, curve)
