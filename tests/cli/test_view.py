@@ -291,6 +291,9 @@ def test_a_room_is_looked_at_from_inside(interior, tmp_path):
     assert "sphere.png" in names_in(tmp_path / "out")
     with pytest.raises(TracerError, match="mean nothing"):
         call("best", interior, "--inside", "--distance", 9, "-o", tmp_path / "none", *FEW)
+    for more, said in ((["--random", 99], "leave out --random"), (["--search", "paper"], "leave out --search")):
+        with pytest.raises(TracerError, match=said):
+            call("best", interior, *more, "-o", tmp_path / "none", *FEW)
     assert not (tmp_path / "none").exists()
 
 
@@ -327,6 +330,9 @@ def test_a_molecule_from_another(scene, tmp_path):
     call("best", tmp_path / "far.xyz", "--from", tmp_path / "near.xyz", "-o", tmp_path / "out", "-q")
     assert names_in(tmp_path / "out") == ["best.json", "best.png", "camera.xml", "sites.csv"]
     assert json.loads((tmp_path / "out" / "best.json").read_text())["eye"][0] > 1
+    for more in (["--side", 64], ["--inside"], ["--search", "paper"]):
+        with pytest.raises(TracerError, match=f"leave out {more[0]}"):
+            call("best", tmp_path / "far.xyz", "--from", tmp_path / "near.xyz", *more, "-o", tmp_path / "none", "-q")
     with pytest.raises(TracerError, match="is none by its name"):
         call("best", tmp_path / "far.xyz", "--from", scene, "-o", tmp_path / "none", "-q")
     assert not (tmp_path / "none").exists()

@@ -131,6 +131,8 @@ def test_what_cannot_be_weighed_is_said(subject):
         estimate_entropy(heavy, views_of(subject), LENS, 100)
     with pytest.raises(SettingsError, match="Nothing is called 'rod', did you mean"):
         weighted(subject, {"rod": 2})
+    with pytest.raises(SettingsError, match=r"Nothing is called 'z'; there are cube, rod_1, rod_2\."):
+        weighted(subject, {"z": 2})
     with pytest.raises(SettingsError, match="all weights are 0"):
         weighted(subject, {"*": 0})
     assert not replace(subject, weights=np.ones(3)).is_weighted

@@ -25,3 +25,8 @@ def spread_out(size: int, count: int) -> slice:
     Its step is odd, because an even step may pick pixels from a few columns of the picture only.
     """
     return slice(None, None, (size // count) | 1)
+
+
+def evenly_chosen(size: int, most: int) -> Integers:
+    """Return at most ``most`` of the numbers below ``size`` >= 1, evenly spread, the first and the last among them."""
+    return np.unique(np.linspace(0, size - 1, min(size, most)).round().astype(np.int64))

@@ -16,7 +16,7 @@ from tracer.viewpoint.fast import Estimate, estimate_entropy
 from tracer.viewpoint.item_buffer import Rays, Viewpoints, around
 from tracer.viewpoint.lens import Lens, Orthographic, Perspective
 from tracer.viewpoint.surfaces import Subject
-from tracer.viewpoint.survey import sum_up, survey
+from tracer.viewpoint.survey import better, sum_up, survey
 
 DISTANCE = 6.0
 """A viewpoint is this many radii from the centre, as in the survey; the sphere around the subject fills the image."""
@@ -158,8 +158,8 @@ class Gauge:
 
     def better(self, directions: Floats) -> Floats:
         """Return the values (V,), negated if less is better, so that more is better; -inf if a view sees nothing."""
-        values = self.sign * self(directions)
-        return np.where(self.seen & ~np.isnan(values), values, -np.inf)
+        values = self(directions)
+        return better(values, self.seen, self.good)
 
 
 def ring(direction: Floats, angle: float) -> Floats:

@@ -12,15 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from tracer.core.arrays import Floats, Integers
+from tracer.core.arrays import Floats, Integers, evenly_chosen
 from tracer.core.sphere import icosphere
 from tracer.errors import SceneError, SettingsError
 from tracer.viewpoint import measures, molecules
 from tracer.viewpoint.atom_files import Atoms
+from tracer.viewpoint.direction_measure import SHARE
 from tracer.viewpoint.item_buffer import Rays, at
 from tracer.viewpoint.lens import WholeSphere
 from tracer.viewpoint.surfaces import Subject
-from tracer.viewpoint.survey import survey
+from tracer.viewpoint.survey import better, survey
 
 PROBE = 1.4
 """Radius of a water molecule."""
@@ -105,11 +106,7 @@ def find_sites(
     points, atom = points[free], atom[free]
     if not len(points):
         raise SceneError("The molecules fill each other: no point of the surface of the second one is free.")
-    chosen = np.unique(np.linspace(0, len(points) - 1, min(len(points), MOST_POINTS)).round().astype(np.int64))
+    chosen = evenly_chosen(len(points), MOST_POINTS)
     points, atom = points[chosen], atom[chosen]
-    values = survey(
-        subject, at(points), WholeSphere(), Rays(side=SIDE), [name, "projected_area"], background=background
-    )
-    sign = 1 if good == "most" else -1
-    seen_at_all = (values["projected_area"] > 0) & ~np.isnan(values[name])
-    return Sites(points, atom, np.where(seen_at_all, sign * values[name], -np.inf))
+    values = survey(subject, at(points), WholeSphere(), Rays(side=SIDE), [name, SHARE], background=background)
+    return Sites(points, atom, better(values[name], values[SHARE] > 0, good))

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from tracer.core.arrays import Integers
 from tracer.core.suggest import did_you_mean
 from tracer.errors import SettingsError
+from tracer.scene.shape_names import MOST_LISTED
 
 Surfaces = Literal["face", "shape", "bsdf"]
 """These kinds of surface can be chosen by name."""
@@ -125,5 +126,7 @@ def matching(pattern: str, names: Sequence[str]) -> NDArray[np.bool_]:
     matches = np.array([fnmatchcase(name, pattern) for name in names], bool)
     if not matches.any():
         known = sorted(set(names))
-        raise SettingsError(f"Nothing is called '{pattern}'{did_you_mean(pattern, known)}")
+        more = f" and {len(known) - MOST_LISTED} more" if len(known) > MOST_LISTED else ""
+        listed = f"; there are {', '.join(known[:MOST_LISTED])}{more}."
+        raise SettingsError(f"Nothing is called '{pattern}'{did_you_mean(pattern, known, otherwise=listed)}")
     return matches

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from tracer.core.arrays import Floats, Integers
+from tracer.core.arrays import Floats, Integers, evenly_chosen
 from tracer.core.sphere import frame
 from tracer.viewpoint import measures
+from tracer.viewpoint.direction_measure import SHARE
 from tracer.viewpoint.item_buffer import Rays, Viewpoints
 from tracer.viewpoint.lens import Perspective
 from tracer.viewpoint.room import Room
 from tracer.viewpoint.search import REFINED
 from tracer.viewpoint.surfaces import Subject
-from tracer.viewpoint.survey import sum_up, survey
+from tracer.viewpoint.survey import better, sum_up, survey
 
-FIELD_OF_VIEW = 70.0
-"""Degrees that are seen inside, across a square image."""
+LENS = Perspective(70.0)
+"""What is seen inside: 70 degrees across a square image."""
 TURNS = 16
 """Number of directions in which a person looks from each place."""
 PITCHES = (0.0, -15.0)
@@ -48,6 +49,13 @@ class Pose:
     def __getitem__(self, part: slice | Integers) -> Pose:
         return Pose(self.place[part], self.turn[part], self.pitch[part])
 
+    @staticmethod
+    def joined(poses: Sequence[Pose]) -> Pose:
+        """Return all of these poses, one after the other."""
+        columns = zip(*((pose.place, pose.turn, pose.pitch) for pose in poses), strict=True)
+        place, turn, pitch = (np.concatenate(column) for column in columns)
+        return Pose(place, turn, pitch)
+
 
 Valued = Callable[[Pose, Rays], Floats]
 """Function from poses to values (N,), of which larger ones are better."""
@@ -70,8 +78,7 @@ def looking(room: Room, eyes: Floats, turn: Floats, pitch: Floats) -> Viewpoints
 
 def all_poses(room: Room) -> Pose:
     """Return the poses that are tried first."""
-    count = len(room.places)
-    chosen = np.unique(np.linspace(0, count - 1, min(count, MOST_PLACES)).round().astype(np.int64))
+    chosen = evenly_chosen(len(room.places), MOST_PLACES)
     place, turn, pitch = np.meshgrid(chosen, np.arange(TURNS) * (2 * np.pi / TURNS), np.radians(PITCHES), indexing="ij")
     return Pose(place.ravel(), turn.ravel(), pitch.ravel())
 
@@ -85,27 +92,25 @@ def value_inside(
     progress: Callable[[int, int], None] | None = None,
 ) -> Valued:
     """Return the value of poses by a measure: larger if better, and -inf for a view that sees nothing."""
-    lens = Perspective(FIELD_OF_VIEW)
-    sign = 1 if good == "most" else -1
     needs = measures.get(name).needs
     channel = None
     if "channel" in needs:
         views = viewpoints_of(room, all_poses(room))
-        channel = sum_up(subject, views, lens, Rays(side=COARSE_SIDE), "saliency" in needs)
+        told = (lambda done: progress(done, len(views))) if progress is not None else lambda done: None
+        channel = sum_up(subject, views, LENS, Rays(side=COARSE_SIDE), "saliency" in needs, told)
 
     def value(pose: Pose, rays: Rays) -> Floats:
         values = survey(
             subject,
             viewpoints_of(room, pose),
-            lens,
+            LENS,
             rays,
-            [name, "projected_area"],
+            [name, SHARE],
             background=background,
             channel=channel,
             progress=progress,
         )
-        seen = (values["projected_area"] > 0) & ~np.isnan(values[name])
-        return np.where(seen, sign * values[name], -np.inf)
+        return better(values[name], values[SHARE] > 0, good)
 
     return value
 
@@ -122,16 +127,11 @@ def best_inside(room: Room, value: Valued, rays: Rays) -> tuple[Pose, Floats, Po
     step = np.pi / TURNS
     for _ in range(REFINEMENTS):
         near = [neighbours_of(room, best[k : k + 1], step) for k in range(len(best))]
-        owner = np.repeat(np.arange(len(best)), [len(pose) for pose in near])
-        candidates = Pose(*(np.concatenate([getattr(pose, name) for pose in near]) for name in vars(best)))
-        candidate_values = value(candidates, rays)
-        for k in range(len(best)):
-            own = np.flatnonzero(owner == k)
-            pick = own[candidate_values[own].argmax()]
-            if candidate_values[pick] > best_values[k]:
-                for name in vars(best):
-                    getattr(best, name)[k] = getattr(candidates, name)[pick]
-                best_values[k] = candidate_values[pick]
+        candidates = Pose.joined(near)
+        owner = np.concatenate([np.arange(len(best)), np.repeat(np.arange(len(best)), [len(pose) for pose in near])])
+        tried, tried_values = Pose.joined([best, candidates]), np.append(best_values, value(candidates, rays))
+        picks = np.array([np.where(owner == k, tried_values, -np.inf).argmax() for k in range(len(best))])
+        best, best_values = tried[picks], tried_values[picks]
         step /= 2
     winner = int(best_values.argmax())
     return best[winner : winner + 1], best_values[winner : winner + 1], poses, values

@@ -129,22 +129,25 @@ def require_few(count: int, most: int = MOST_ATOMS) -> None:
 
 def covalent_radii(symbols: list[str]) -> Floats:
     """Return covalent radii (N,) by element (B. Cordero and others, Dalton Transactions, 2008); 0.7 if unknown."""
-    from ase.data import atomic_numbers
     from ase.data import covalent_radii as table
 
-    radii = np.array([table[atomic_numbers.get(name, 0)] for name in symbols], np.float64)
-    known = np.array([atomic_numbers.get(name, 0) > 0 for name in symbols]) & np.isfinite(radii)
-    return np.where(known, radii, 0.7)
+    return radii_by_element(symbols, table, 0.7)
 
 
 def van_der_waals_radii(symbols: list[str]) -> Floats:
     """Return van der Waals radii (N,) by element (S. Alvarez, Dalton Transactions, 2013); 2 if unknown."""
-    from ase.data import atomic_numbers
     from ase.data.vdw_alvarez import vdw_radii
 
-    numbers = np.array([atomic_numbers.get(name, 0) for name in symbols])
-    radii = np.array([vdw_radii[number] if number < len(vdw_radii) else np.nan for number in numbers], np.float64)
-    return np.where((numbers > 0) & np.isfinite(radii), radii, 2.0)
+    return radii_by_element(symbols, vdw_radii, 2.0)
+
+
+def radii_by_element(symbols: list[str], table: Floats, unknown: float) -> Floats:
+    """Return radii (N,) from a table by atomic number, in which number 0 is no element; ``unknown``: if it has none."""
+    from ase.data import atomic_numbers
+
+    numbers = np.array([atomic_numbers.get(symbol, 0) for symbol in symbols])
+    radii = np.array([table[number] if number < len(table) else np.nan for number in numbers], np.float64)
+    return np.where((numbers > 0) & np.isfinite(radii), radii, unknown)
 
 
 def colours_of(symbols: list[str]) -> Floats:

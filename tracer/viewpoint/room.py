@@ -8,18 +8,18 @@ and can walk from one such place to the next if nothing is between them at the h
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from tracer.core.arrays import Floats, Integers
 from tracer.core.device import upload
 from tracer.core.sphere import frame, icosphere, normalised
-from tracer.viewpoint.surfaces import Subject
+from tracer.viewpoint.surfaces import Subject, box_corners
 
 ACROSS, LEVELS = 40, 6
 """ACROSS: places along the longer side of the floor plan that are tried. LEVELS: heights that are tried, for floors."""
@@ -120,9 +120,7 @@ def heights(subject: Subject, up: Floats) -> Floats:
 
 def box(subject: Subject) -> Floats:
     """Return the corners (8, 3) of the bounding box of a scene."""
-    bounds = subject.scene.bbox()
-    ends = np.array([np.array(bounds.min).ravel(), np.array(bounds.max).ravel()], np.float64)
-    return np.stack(np.meshgrid(*ends.T, indexing="ij"), axis=-1).reshape(-1, 3)
+    return np.stack(np.meshgrid(*box_corners(subject.scene).T, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
 def look_around(subject: Subject, points: Floats) -> Floats:
@@ -138,17 +136,15 @@ def is_enclosed(subject: Subject, points: Floats) -> NDArray[np.bool_]:
 
 
 def distance_to(subject: Subject, points: Floats, directions: Floats) -> Floats:
-    """Return the distances (N,) of what rays from points (N, 3) in unit directions hit first; infinite for a miss."""
-    hit = first_hits(subject, points, directions)
-    return np.where(np.array(hit.is_valid(), bool), np.array(hit.t, np.float64), np.inf)
+    """Return the distances (N,) of what rays from points (N, 3) hit first; infinite for a miss.
 
-
-def first_hits(subject: Subject, points: Floats, directions: Floats) -> Any:
-    """Return the preliminary intersections of rays from points (N, 3) in unit directions, (N, 3) or (3,)."""
+    ``directions``: unit, (N, 3) or (3,).
+    """
     origins, toward = (
         [upload(mi.Float, column) for column in np.broadcast_to(rows, points.shape).T] for rows in (points, directions)
     )
-    return subject.scene.ray_intersect_preliminary(mi.Ray3f(mi.Point3f(*origins), mi.Vector3f(*toward)))
+    hit = subject.scene.ray_intersect_preliminary(mi.Ray3f(mi.Point3f(*origins), mi.Vector3f(*toward)))
+    return np.where(np.array(hit.is_valid(), bool), np.array(hit.t, np.float64), np.inf)
 
 
 def connected(subject: Subject, room: Room, eye: Floats | None) -> Room | None:
@@ -171,8 +167,6 @@ def connected(subject: Subject, room: Room, eye: Floats | None) -> Room | None:
 
 def links_between(subject: Subject, room: Room) -> Integers:
     """Return the pairs (E, 2) of neighbouring places with nothing between them."""
-    from scipy.spatial import cKDTree
-
     pairs = cKDTree(room.places).query_pairs(1.6 * room.spacing, output_type="ndarray").reshape(-1, 2)
     way = room.places[pairs[:, 1]] - room.places[pairs[:, 0]]
     length = np.linalg.norm(way, axis=1)

@@ -207,7 +207,7 @@ def area_of(shape: Any) -> float:
     return area if area > 0 else float("nan")
 
 
-def box_corners(shape: Any) -> Floats:
-    """Return two opposite corners (2, 3) of the bounding box of a shape."""
-    box = shape.bbox()
+def box_corners(bounded: Any) -> Floats:
+    """Return two opposite corners (2, 3) of the bounding box of a shape or scene."""
+    box = bounded.bbox()
     return np.array([np.array(box.min).ravel(), np.array(box.max).ravel()], np.float64)

@@ -68,6 +68,14 @@ def survey(
     return values
 
 
+def better(values: Floats, seen: NDArray[np.bool_], good: measures.Best) -> Floats:
+    """Return ``values`` (V,), negated if good views have the least of them, so that more is better.
+
+    ``seen`` (V,): whether each view sees anything; the result is -inf for one that does not, or whose value is NaN.
+    """
+    return np.where(seen & ~np.isnan(values), values if good == "most" else -values, -np.inf)
+
+
 def sum_up(
     subject: Subject,
     viewpoints: Viewpoints,

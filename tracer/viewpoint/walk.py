@@ -60,7 +60,7 @@ def walk(room: Room, value: Valued, rays: Rays, start: Pose, steps: int, avoided
         passed = [int(pose.place[0]) for pose in poses]
         visited = passed[:1] if avoided == "start" else passed[: max(len(passed) - RECENT, 1)]
         distance = lengths[visited][:, place].min(axis=0)
-        path = length + way if avoided == "start" else np.maximum(way * min(len(passed), RECENT + 1), distance)
+        path = length + way if avoided == "start" else way * min(len(passed), RECENT + 1)
         far = np.minimum(distance / np.maximum(path, 1e-12), 1.0)
         candidate_weights = candidate_values * ((1 + far) / 2 if avoided == "start" else far)
         best = int(candidate_weights.argmax())
@@ -69,8 +69,7 @@ def walk(room: Room, value: Valued, rays: Rays, start: Pose, steps: int, avoided
         values.append(float(candidate_values[best]))
         weights.append(float(candidate_weights[best]))
         distances.append(float(lengths[passed[0], place[best]]))
-    joined = Pose(*(np.concatenate([getattr(pose, name) for pose in poses]) for name in vars(start)))
-    return Walk(joined, np.array(values), np.array(weights), np.array(distances))
+    return Walk(Pose.joined(poses), np.array(values), np.array(weights), np.array(distances))
 
 
 def distances_on_foot(room: Room) -> Floats:

@@ -51,12 +51,16 @@ def best(
         if name not in report.SEARCHES:
             raise SettingsError(f"Unknown search '{name}'; choose one of {', '.join(report.SEARCHES)}.")
         searches += [known_search for known_search in report.SEARCHES if known_search == name]
+    if other is not None and search:
+        raise SettingsError("From the surface of a molecule all points are tried: leave out --search.")
     files = best_site.FILES if other is not None else (*report.FILES, *best_inside.FILES)
     with common.view_context(view, files, other, may_be_inside=True) as context:
         headings: tuple[str, ...]
         if context.pair is not None:
             headings, lines = best_site.HEADINGS, best_site.best_site(context, context.pair, measure, preferred)
         elif context.room is not None:
+            if search:
+                raise SettingsError("Inside a room there is one search: leave out --search, or give --outside.")
             headings, lines = (
                 best_inside.HEADINGS,
                 best_inside.best_inside_report(context, context.room, measure, preferred),

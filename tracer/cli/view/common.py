@@ -6,7 +6,7 @@ import functools
 import inspect
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -103,8 +103,8 @@ def with_view_options(*left_out: str) -> Callable[[Callable[..., None]], Callabl
 
     def decorate(command: Callable[..., None]) -> Callable[..., None]:
         own_parameters = list(inspect.signature(command, eval_str=True).parameters.values())[1:]
-        fields = inspect.signature(ViewOptions, eval_str=True).parameters.values()
-        shared = [field for field in fields if field.name not in left_out]
+        all_options = inspect.signature(ViewOptions, eval_str=True).parameters.values()
+        shared = [field for field in all_options if field.name not in left_out]
 
         @functools.wraps(command)
         def run(**values: Any) -> None:
@@ -163,6 +163,7 @@ def view_context(
     if other is None:
         opened = open_source(view.source, counted_of(view), crystal_of(view))
     else:
+        require_unset(view, "side", "random", "distance", "centre", "orthographic", "inside")
         opened, pair = open_pair_of_files(view.source, other, counted_of(view), crystal_of(view))
     if view.spp:
         require_light(opened.subject)
@@ -179,6 +180,16 @@ def view_context(
     finally:
         if folder_is_new and view.output.is_dir() and not any(view.output.iterdir()):
             view.output.rmdir()  # the command failed before it wrote anything
+
+
+def require_unset(view: ViewOptions, *names: str) -> None:
+    """Raise SettingsError if an option is set that means nothing for views from the surface of a molecule."""
+    from tracer.errors import SettingsError
+
+    defaults = {field.name: field.default for field in fields(view)}
+    for name in names:
+        if getattr(view, name) != defaults[name]:
+            raise SettingsError(f"From the surface of a molecule all directions are seen: leave out --{name}.")
 
 
 def require_sensible(view: ViewOptions) -> None:
@@ -208,13 +219,11 @@ def room_of(view: ViewOptions, opened: Opened, standpoint: Stand) -> Room | None
         return None
     if view.inside and outside:
         raise SettingsError("Inside, distance, centre and orthographic rays mean nothing: leave them out.")
-    if view.random and view.inside:
-        raise SettingsError("Inside, views are measured by a grid of rays: leave out --random.")
     room = find_room(opened.subject, standpoint.up, force=view.inside is True)
     if view.inside and room is None:
         raise SceneError("There is no place inside where a person could stand: no floor, or nothing all around.")
     if room is not None and view.random:
-        return None
+        raise SettingsError("A room is looked at from inside by a grid of rays: leave out --random, or give --outside.")
     if room is not None and not view.quiet:
         typer.echo(
             f"The scene is a room: views are searched inside it, from {len(room.places)} places where a person could "

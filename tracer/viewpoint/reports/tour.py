@@ -82,7 +82,7 @@ def tour(
 
 
 def write_frames(context: ViewContext, viewpoints: Viewpoints, film: Film, lens: Lens | None = None) -> None:
-    """Write the pictures of viewpoints as frames, and as films; ``lens``: by default that of the stand."""
+    """Write the pictures of viewpoints as frames, and as a film; ``lens``: by default that of the stand."""
     pictures = []
     for k in range(len(viewpoints)):
         context.say("frames", k, len(viewpoints))
