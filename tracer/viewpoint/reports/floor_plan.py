@@ -34,7 +34,7 @@ def empty_plan(room: Room) -> tuple[Any, Any]:
     """Return the figure and the axes of a plan that shows where a person could stand."""
     plot = plots.figure(5.2, 4.4)
     axis = plot.subplots()
-    axis.plot(*flat(room, room.places), ".", color="0.8", markersize=4)
+    axis.plot(*flat(room, room.places), ".", color="0.8", markersize=4, zorder=0)
     axis.set_aspect("equal")
     axis.set_xlabel("floor plan, seen from above, in units of the scene")
     return plot, axis
