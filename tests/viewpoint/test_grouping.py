@@ -67,3 +67,14 @@ def test_an_attribute_that_is_not_there_is_said():
         open_subject(scene(), "vertex_part")
     with pytest.raises(SettingsError, match="Unknown kind of surface 'facet'"):
         open_subject(scene(), "facet")
+
+
+def test_a_shape_without_a_name_has_a_number(tmp_path):
+    path = tmp_path / "scene.xml"
+    path.write_text('<scene version="3.0.0"><shape type="sphere" id="ball"/><shape type="cube"/></scene>')
+    unnamed = mi.load_file(str(path))
+    shape_ids = [shape.id() for shape in unnamed.shapes()]
+    assert "" in shape_ids
+    subject = open_subject(unnamed, "shape")
+    assert sorted(subject.names) == sorted(["ball", str(1 + shape_ids.index(""))])
+    assert open_subject(unnamed, patterns=[str(1 + shape_ids.index(""))]).count == 2

@@ -47,11 +47,18 @@ def number_surfaces(
     return grouped(shapes, counts, labels, names, patterns) if patterns else (labels, names)
 
 
+def names_of(shapes: Sequence[Any]) -> list[str]:
+    """Return the id of each shape in the scene file, or if it has none its number, from 1."""
+    return [shape.id() or str(number) for number, shape in enumerate(shapes, 1)]
+
+
 def by_kind(shapes: list[Any], counts: Integers, surfaces: str) -> tuple[Integers, list[str]]:
     """Return the surface of every face, and the names of the surfaces, for one of SURFACES."""
     if surfaces == "face":
         return np.arange(counts.sum()), []
-    owners = shapes if surfaces == "shape" else [shape.bsdf() for shape in shapes]
+    if surfaces == "shape":
+        return np.repeat(np.arange(len(shapes)), counts), names_of(shapes)
+    owners = [shape.bsdf() for shape in shapes]
     keys: dict[int, int] = {}
     numbers = [keys.setdefault(id(owner) if owner is not None else 0, len(keys)) for owner in owners]
     names = [""] * len(keys)
@@ -108,10 +115,10 @@ def grouped(
     shapes: list[Any], counts: Integers, labels: Integers, names: list[str], patterns: Sequence[str]
 ) -> tuple[Integers, list[str]]:
     """Return surfaces and names like ``labels`` and ``names``, with one surface for each pattern before all others."""
-    ids = [shape.id() for shape in shapes]
+    shape_names = names_of(shapes)
     owner = np.full(len(shapes), -1)
     for number, pattern in reversed(list(enumerate(patterns))):
-        matches = matching(pattern, ids)
+        matches = matching(pattern, shape_names)
         owner[matches] = number
     group = np.repeat(owner, counts)
     others, renumbered = np.unique(labels[group < 0], return_inverse=True)
@@ -125,7 +132,7 @@ def matching(pattern: str, names: Sequence[str]) -> NDArray[np.bool_]:
     """Return which of the names (N,) match a pattern. Raises SettingsError if none does."""
     matches = np.array([fnmatchcase(name, pattern) for name in names], bool)
     if not matches.any():
-        known = sorted(set(names))
+        known = sorted(set(names), key=lambda name: (len(name) if name.isdecimal() else 0, name))  # numbers in order
         more = f" and {len(known) - MOST_LISTED} more" if len(known) > MOST_LISTED else ""
         listed = f"; there are {', '.join(known[:MOST_LISTED])}{more}."
         raise SettingsError(f"Nothing is called '{pattern}'{did_you_mean(pattern, known, otherwise=listed)}")

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from tracer.core.arrays import Floats, Integers
 from tracer.core.device import numbers_hit, table_by_shape, upload
 from tracer.errors import SceneError
-from tracer.viewpoint.grouping import number_surfaces
+from tracer.viewpoint.grouping import names_of, number_surfaces
 
 LARGEST = 1e10
 """The radius of a subject is at most this: products of three lengths must stay within the range of single precision."""
@@ -148,7 +148,7 @@ def open_subject(
         areas=areas,
         weights=np.ones(len(areas)),
         names=found_names,
-        shape_names=[shape.id() for shape in shapes],
+        shape_names=names_of(shapes),
         face_counts=counts,
         mesh=mesh,
         centre=centre,
