@@ -118,6 +118,7 @@ def test_unasked_it_learns_where_that_may_pay(kinds, size, settings, learns):
         assert guidance.learns_unasked(view, make_settings(**{"spp": 64, **settings})) == learns
 
 
+@pytest.mark.slow
 def test_the_default_is_guided_where_there_are_many_lights():
     lamps = scene_with_lights("sphere", *["far lamp"] * 79, integrator={"type": "path", "hide_emitters": True})
     asked = {"criterion": "fused", "size": 320}
