@@ -40,12 +40,12 @@ def test_two_workers_make_the_picture_of_one_process(two_workers, settings):
 
 def test_workers_choose_lights_by_what_the_client_has_learned(two_workers):
     lamps = Path(scenes.__file__).parent / "many_lights.xml"
-    settings = {"size": 96, "spp": 32, "guide": True}
+    settings = {"size": 160, "spp": 32, "guide": True}
     alone = tracer.render(lamps, **settings)
     assert any(note.startswith("Guided: ") for note in alone.report.notes)
     same(tracer.render(lamps, cluster=two_workers, **settings), alone)
     same(
-        tracer.render(lamps, cluster=two_workers, **{**settings, "guide": None}), tracer.render(lamps, size=96, spp=32)
+        tracer.render(lamps, cluster=two_workers, **{**settings, "guide": None}), tracer.render(lamps, size=160, spp=32)
     )
 
 

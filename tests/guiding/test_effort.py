@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tracer.guiding import effort
-from tracer.guiding.effort import LearningCurve, block_length, look_paths, pays
+from tracer.guiding.effort import LearningCurve, block_length, is_worth_a_look, look_paths, pays
 
 
 def learned(at_best, lack, total, doubt=0.0):
@@ -56,7 +56,8 @@ def test_a_promise_that_is_not_kept_ends_it():
     kept = curve_of((1000, 0.9, 1.0), (2000, 0.8, 0.3))
     assert kept.left == [(1000, 0.3), (2000, pytest.approx(0.3 * 0.8 / 0.9))]
     assert kept.gain() == pytest.approx(1 / kept.left[-1][1])
-    assert kept.gain(2.0) == pytest.approx(np.exp(-0.2) / kept.left[-1][1])
+    assert kept.believed_gain(2) == pytest.approx(np.exp(-0.1) * kept.gain())
+    assert kept.believed_gain(effort.MANY_LIGHTS) == kept.gain()
 
 
 @pytest.mark.parametrize("lack", [30.0, 100.0, 300.0])
@@ -93,7 +94,15 @@ def test_blocks_are_as_long_as_the_picture_has_samples_if_there_are_enough_pixel
 
 
 def test_a_picture_pays_for_learning_that_it_is_large_enough_for():
-    assert pays(1.4, 1 << 20, 1 << 14)
-    assert not pays(1.4, 1 << 18, 1 << 14)
+    assert pays(1.5, 1 << 20, 1 << 14)
+    assert not pays(1.4, 1 << 20, 1 << 14)
     assert not pays(1.0, 1 << 30)
     assert pays(1.25, 1 << 18)
+
+
+@pytest.mark.parametrize(
+    ("light_count", "total", "is_worth_it"),
+    [(0, 10**9, False), (2, 2 * 10**6, False), (2, 10**7, True), (40, 2 * 10**6, True), (40, 10**5, False)],
+)
+def test_a_look_is_for_large_pictures_or_many_lights(light_count, total, is_worth_it):
+    assert is_worth_a_look(total, light_count) == is_worth_it

@@ -31,6 +31,7 @@ def blocks(image):
 @pytest.mark.parametrize("name", sorted(SCENES))
 def test_the_mean_is_that_of_path(name, monkeypatch):
     monkeypatch.setattr(guidance, "pays", lambda *_: True)
+    monkeypatch.setattr(guidance, "is_worth_a_look", lambda *_: True)
     monkeypatch.setattr(effort, "WORTH_A_LOOK", 0.0)  # it learns from a second look in any case
     scene = mi.load_file(str(SCENES[name]))
     with open_scene(scene, 0, None, SIZE) as opened:

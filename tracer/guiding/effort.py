@@ -20,7 +20,7 @@ LEAST_PIXELS, LONGEST_BLOCK = 256, 64
 """Fewest pixels that judge, and most samples of each of their two sequences."""
 MORE = 4
 """Learning goes on with this many times as many paths."""
-FIXED_COST, FIRST_COST = 1 << 17, 1 << 20
+FIXED_COST, FIRST_COST = 1 << 18, 1 << 20
 """Number of paths that take as long as the part of learning that does not depend on their number, and as that which a
 program does once for each scene, such as to compile it."""
 LEARNING_COST = 1.5
@@ -29,10 +29,13 @@ DEARER = 1.2
 """How many times as long a path is taken to take whose lights are chosen by a table; it was 1.05 to 1.25 times."""
 WORTH_A_LOOK = 1.01
 """Factor by which the variance must be expected to fall after a first look for more paths to be drawn."""
-WORTH_MORE = 1.03
+WORTH_MORE = 1.1
 """Factor by which variance times time must be expected to fall for learning to go on after that."""
-MANY_LIGHTS, HOPE, HOPE_FOR_MANY = 16, 1.5, 3.0
+MANY_LIGHTS, HOPE, HOPE_FOR_MANY = 8, 1.3, 3.0
 """Factor by which the variance may be hoped to fall before anything is known, in general, and with so many lights."""
+CAUTION = 1.0
+"""How many standard errors are taken off the gain of few lights before it is believed. With many lights more is lost
+where a true gain is not believed than where a false one is."""
 
 
 def look_paths(total: int) -> int:
@@ -46,6 +49,12 @@ def block_length(judge_paths: int, spp: int) -> int:
     more than leaves enough pixels. It is a power of two, as sequences are then most even."""
     longest = max(min(judge_paths // (2 * LEAST_PIXELS), spp, LONGEST_BLOCK), 1)
     return 1 << (longest.bit_length() - 1)
+
+
+def is_worth_a_look(total: int, light_count: int) -> bool:
+    """Return whether a picture of ``total`` paths may gain from a look at which of the lights matter where."""
+    hope = HOPE if light_count < MANY_LIGHTS else HOPE_FOR_MANY
+    return light_count > 0 and pays(hope, total, 2 * look_paths(total))
 
 
 def pays(gain: float, total: int, taught: float = 0) -> bool:
@@ -84,9 +93,14 @@ class LearningCurve:
         self.foretold.append(foretold)
         self.doubt = doubt
 
-    def gain(self, caution: float = 0.0) -> float:
-        """Return by which factor the variance falls, less ``caution`` times the standard error."""
-        return float(np.exp(-caution * self.doubt) / max(self.left[-1][1], 1e-3))
+    def gain(self) -> float:
+        """Return by which factor the variance is expected to fall."""
+        return 1 / max(self.left[-1][1], 1e-3)
+
+    def believed_gain(self, light_count: int) -> float:
+        """Return by which factor the variance is believed to fall."""
+        caution = CAUTION if light_count < MANY_LIGHTS else 0.0
+        return float(np.exp(-caution * self.doubt)) * self.gain()
 
     def further_paths(self, total: int) -> int:
         """Return from how many more paths to learn before a picture of ``total`` paths.

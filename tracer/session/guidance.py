@@ -13,14 +13,13 @@ import mitsuba as mi
 from tracer.guiding.chosen import choose
 from tracer.guiding.effort import (
     FIRST_COST,
-    HOPE,
-    HOPE_FOR_MANY,
     LEARNING_COST,
     LEAST_PATHS,
     MANY_LIGHTS,
     MOST_PATHS,
     LearningCurve,
     block_length,
+    is_worth_a_look,
     look_paths,
     pays,
 )
@@ -38,6 +37,8 @@ MOST_LOST = 0.04
 """Part of the time of a picture that a look may take which nobody has asked for: it may be in vain."""
 LEAST_UNASKED, LEAST_SECONDS = 1 << 22, 60.0
 """Fewest paths of a picture of many lights that learns unasked, and fewest seconds of a picture that has a limit."""
+NOT_WORTH_IT = "Not guided: to learn which lights matter where is not expected to pay here."
+NOT_POSSIBLE = "Not guided: that takes the integrator 'path' or 'guided', and this is a {}."
 OPEN_SPP = 16
 """Samples per pixel for which a picture learns that ends with a noise target or a time, if not fewer are allowed."""
 
@@ -48,12 +49,18 @@ def with_guide(view: View, settings: Settings, was_guided: bool | None = None) -
     The setting ``guide`` asks for it, or the integrator ``guided``. If it is left out, ``path`` learns where a look in
     vain would not be felt. ``was_guided``: whether the render that is gone on with did; None for a new one.
     """
-    is_path = view.integrator.class_name() == "PathIntegrator"
-    learns = settings.guide or learns_unasked(view, settings) if was_guided is None else was_guided
-    if is_guided(view) or (is_path and learns):
+    learns = learns_for(view, settings) if was_guided is None else was_guided
+    if is_guided(view) or (is_path(view) and learns):
         view = guided_view(view)
         choose_by(view, None)
     return view
+
+
+def learns_for(view: View, settings: Settings) -> bool:
+    """Return whether a new render looks for something to learn."""
+    if not settings.guide:
+        return learns_unasked(view, settings)
+    return is_worth_a_look(learning_spp(settings) * view.pixel_count, len(view.scene.emitters()))
 
 
 def learns_unasked(view: View, settings: Settings) -> bool:
@@ -72,6 +79,11 @@ def learns_unasked(view: View, settings: Settings) -> bool:
 def learning_spp(settings: Settings) -> int:
     """Return the samples per pixel for which a picture learns."""
     return min(settings.spp, OPEN_SPP) if settings.is_open else settings.spp
+
+
+def is_path(view: View) -> bool:
+    """Return whether the integrator of a view is ``path``."""
+    return bool(view.integrator.class_name() == "PathIntegrator")
 
 
 def is_guided(view: View) -> bool:
@@ -121,8 +133,6 @@ atexit.register(guided_like.cache_clear)  # before Mitsuba is unloaded
 class Terms:
     """On which terms a render learns."""
 
-    caution: float = 0.0
-    """How many standard errors are taken off the gain before it is believed."""
     keep: bool = False
     """Whether the next render of the scene may use what is recorded in this one."""
     most_paths: int = MOST_PATHS
@@ -133,8 +143,7 @@ def begin_guided(view: View, settings: Settings, recorder: Recorder, state: Stat
     """Learn about lights if the view can and nothing is drawn yet, or take over what the state has learned."""
     if not is_guided(view):
         if settings.guide:
-            name = view.integrator.class_name()
-            recorder.report.note(f"Not guided: that takes the integrator 'path' or 'guided', and this is a {name}.")
+            recorder.report.note(NOT_WORTH_IT if is_path(view) else NOT_POSSIBLE.format(view.integrator.class_name()))
         return
     state.guided = True
     if state.done == 0 and state.guide is None and settings.guide is not False:
@@ -150,7 +159,7 @@ def begin_guided(view: View, settings: Settings, recorder: Recorder, state: Stat
             choose_by(view, lesson.learned, lesson.plan)
             return
         if settings.guide:
-            recorder.report.note("Not guided: to learn which lights matter where is not expected to pay here.")
+            recorder.report.note(NOT_WORTH_IT)
     choose_by(view, state.guide)
 
 
@@ -171,7 +180,7 @@ def learn_lights(
     teachers = judges = min(look_paths(total), terms.most_paths) // 2
     if plan is None or len(plan.stock) < 2 or teachers < LEAST_PATHS or not all_alike(view.scene):
         return None
-    if not pays(HOPE if len(plan.order) < MANY_LIGHTS else HOPE_FOR_MANY, total, 2 * (teachers + judges)):
+    if not is_worth_a_look(total, len(plan.order)):
         return None
 
     block = block_length(judges, spp)
@@ -193,7 +202,7 @@ def learn_lights(
             measured = error_left(judgements[0], judgements[-1], view.grid, objective, exposure)
             curve.add(taught.path_count, 1 / lesson.gain, *measured)
             teachers = curve.further_paths(total)
-    is_sure = len(judgements) > 1 and pays(curve.gain(terms.caution), total)
+    is_sure = len(judgements) > 1 and pays(curve.believed_gain(len(plan.order)), total)
     return replace(lesson, gain=curve.gain()) if lesson is not None and is_sure else None
 
 

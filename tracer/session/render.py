@@ -27,7 +27,7 @@ from tracer.session import memory
 from tracer.session.checkpoint import was_guided
 from tracer.session.develop import finish
 from tracer.session.first_look import FirstLook
-from tracer.session.guidance import Terms, begin_guided, choose_by, is_guided, with_guide
+from tracer.session.guidance import Terms, begin_guided, choose_by, with_guide
 from tracer.session.keeper import make_keeper
 from tracer.session.local_drawer import Drawer, DrawerFor, LocalDrawer
 from tracer.session.output import write_picture
@@ -113,7 +113,7 @@ def begun(
             state.plan_anew(schedule.budget)
         state.meter.counted = (weights > 0)[view.inner] if np.any(weights == 0) else None
         recorder.begin(state, remarks)
-        begin_guided(view, settings, recorder, state, terms_of_learning(request, asked_view, settings, needed))
+        begin_guided(view, settings, recorder, state, terms_of_learning(request, needed))
         if keeper is not None and state.features is None:
             with recorder.timing("seconds_features"):
                 state.features = draw_denoising_features(view, make_sampler(), settings.seed)
@@ -146,11 +146,10 @@ def settings_of(request: Request, view: View) -> tuple[Settings, str]:
     return part, request.part.source(settings.seed)
 
 
-def terms_of_learning(request: Request, asked_view: View, settings: Settings, needed: memory.Need) -> Terms:
-    """Return on which terms a render learns; ``asked_view``: with the integrator that was asked for."""
-    is_asked = settings.guide or is_guided(asked_view)
+def terms_of_learning(request: Request, needed: memory.Need) -> Terms:
+    """Return on which terms a render learns."""
     most_paths = memory.most_learning_paths(needed, request.memory_limit, MOST_PATHS)
-    return Terms(caution=0.0 if is_asked else 1.0, keep=was_open(request), most_paths=most_paths)
+    return Terms(keep=was_open(request), most_paths=most_paths)
 
 
 def make_drawer(
