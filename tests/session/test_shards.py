@@ -92,7 +92,7 @@ def test_a_job_must_write_something(scene_file):
 
 
 def test_large_seeds_are_written(cornell, tmp_path):
-    from tracer.session.output import metadata, write_result
+    from tracer.result import metadata, write_result
 
     result = tracer.render(cornell(), spp=1, seed=2**32 - 1)
     write_result(tmp_path / "out.exr", result, metadata(result, "0"))

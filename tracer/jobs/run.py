@@ -56,7 +56,7 @@ def perform(
 def pictures_with_scenes(job: Job) -> Iterator[tuple[JobPicture, LoadedScene]]:
     """Yield the pictures of a job with their scenes; successive pictures of the same scene share the loaded scene."""
     for (path, define), _ in itertools.groupby(pictures_of(job, 1), lambda picture: (picture.scene, picture.define)):
-        scene = showcase(path) if is_mesh_file(path) else load_scene(path, define)
+        scene = showcase(Path(path)) if is_mesh_file(path) else load_scene(path, define)
         pictures_of_scene_files = pictures_of(job, len(scene.scene.sensors()))
         pictures = [picture for picture in pictures_of_scene_files if (picture.scene, picture.define) == (path, define)]
         check_outputs(pictures, job)

@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
+from typing import Any
 
 import drjit as dr
 import numpy as np
@@ -16,10 +17,11 @@ from tracer.adaptive.schedule import Schedule
 from tracer.adaptive.stopping import Clock
 from tracer.denoising.oidn import load as load_denoiser
 from tracer.denoising.postprocess import draw_denoising_features
-from tracer.errors import ClusterError
+from tracer.errors import ClusterError, SettingsError
 from tracer.guiding.effort import MOST_PATHS
 from tracer.io import exr
-from tracer.result import Report, Result
+from tracer.report import Report
+from tracer.result import Result
 from tracer.sampling.samples import make_sampler
 from tracer.scene.loaded import LoadedScene
 from tracer.scene.view import View, open_scene
@@ -38,7 +40,7 @@ from tracer.session.render_loop import Rendering
 from tracer.session.request import Request, check_files, scene_hash_of
 from tracer.session.shards import settings_of_part
 from tracer.session.state import State
-from tracer.settings import Settings, make_settings
+from tracer.settings import OPEN_SPP, Settings, make_settings
 
 FEATURE_SECONDS, DENOISE_SECONDS = 6e-6, 4e-6
 """Seconds per pixel that drawing features and denoising take, kept back for the end where time is limited."""
@@ -139,11 +141,20 @@ def complete(rendering: Rendering, request: Request) -> Result:
 def settings_of(request: Request, view: View) -> tuple[Settings, str]:
     """Return the settings of a render, and what its samples are called in a checkpoint. Raises SettingsError."""
     given = request.settings
-    settings = given if isinstance(given, Settings) else make_settings(**{**view.settings, **given})
+    settings = (
+        given if isinstance(given, Settings) else make_settings(**with_spp_of_scene({**view.settings, **given}, view))
+    )
     if request.part is None:
         return settings, f"seed {settings.seed}"
     part = make_settings(**{**settings.model_dump(), **settings_of_part(settings, request.part)})
     return part, request.part.source(settings.seed)
+
+
+def with_spp_of_scene(given: dict[str, Any], view: View) -> dict[str, Any]:
+    """Return settings that are given, with the samples of the scene's sampler if nothing given says when to stop."""
+    if view.asked_spp is None or any(given.get(name) is not None for name in ("spp", *OPEN_SPP)):
+        return given
+    return {**given, "spp": view.asked_spp}
 
 
 def terms_of_learning(request: Request, needed: memory.Need) -> Terms:
@@ -161,6 +172,11 @@ def make_drawer(
         request.remark(memory.in_words(needed, largest_pass))
     criterion = criteria.get(settings.criterion)
     if drawer_for is not None:
+        if criterion.moments is not None and not criterion.is_built_in:
+            raise SettingsError(
+                f"The criterion '{criterion.name}' measures samples as they are drawn, which workers cannot do for a "
+                "criterion that does not come with tracer: render without workers."
+            )
         return drawer_for(view, criterion, largest_pass)
     return LocalDrawer(view, criterion.moments, largest_pass, keep=was_open(request))
 

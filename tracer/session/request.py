@@ -60,7 +60,7 @@ class Request:
     """Path of a scene file, dictionary, ``mi.Scene``, ``LoadedScene``, or a ``View`` that is open already."""
     settings: Settings | dict[str, Any] = field(default_factory=dict)
     """All of them, or those that are given; the others are then those of the scene's integrator, if it is
-    ``adaptive``, or the defaults."""
+    ``adaptive``, or the defaults; ``spp`` is that of the scene's sampler, see ``View.asked_spp``."""
 
     sensor: Any = 0
     integrator: Any = None

@@ -14,8 +14,8 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
+from tracer.core.version import version
 from tracer.io import atomic
-from tracer.session.output import version
 from tracer.study.records import SCORES, Measurement
 from tracer.study.results import Results
 from tracer.study.tables import markdown
