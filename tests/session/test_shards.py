@@ -88,7 +88,7 @@ def test_a_part_that_was_stopped_goes_on(parts, tmp_path):
 
 def test_a_job_must_write_something(scene_file):
     with pytest.raises(SettingsError, match="nothing would be written"):
-        make_job({"scene": scene_file("")})
+        make_job({"scene": scene_file(""), "part": "1/2"})
 
 
 def test_large_seeds_are_written(cornell, tmp_path):

@@ -52,6 +52,7 @@ def measure(plan: Plan, output: Path, overwrite: bool, quiet: bool, cluster: int
     from tracer.study.run import run_study
 
     with steps(quiet) as progress:
+        progress.begin("Opening the scenes")
         results = run_study(plan, output, progress, overwrite, cluster)
     if not quiet:
         study_tables(results)

@@ -29,7 +29,7 @@ from tracer.session import memory
 from tracer.session.checkpoint import was_guided
 from tracer.session.develop import finish
 from tracer.session.first_look import FirstLook
-from tracer.session.guidance import Terms, begin_guided, choose_by, with_guide
+from tracer.session.guidance import Terms, begin_guided, choose_by, is_guided, with_guide
 from tracer.session.keeper import make_keeper
 from tracer.session.local_drawer import Drawer, DrawerFor, LocalDrawer
 from tracer.session.output import write_picture
@@ -54,12 +54,14 @@ def render_request(request: Request) -> Result:
     started = time.perf_counter() if request.started is None else request.started
     check_files(request)
     scene_hash = scene_hash_of(request)
+    request.stage("Opening the scene")
     drawer_for = None if request.workers is None else request.workers(request, scene_hash)
     with open_view(request) as view:
         with begun(request, view, scene_hash, drawer_for, started) as rendering:
             result, keeper = complete(rendering, request), rendering.keeper
         del rendering  # its sums: writing takes memory of its own
     if request.picture is not None:
+        request.stage(f"Writing {request.picture.path.name}")
         write_picture(request.picture, result, scene_hash, keeper)
     return result
 
@@ -101,6 +103,7 @@ def begun(
         exr.check_channels(view.channels)
     if request.denoise:
         load_denoiser()  # before the work, not after
+    request.stage("Taking a first look")
     needed = memory.need(view, settings, request.features, request.denoise, file is not None)
     with dr.suspend_grad(), closing(make_drawer(request, view, settings, needed, drawer_for)) as drawer:
         remarks: list[str] = []
@@ -115,14 +118,18 @@ def begun(
             state.plan_anew(schedule.budget)
         state.meter.counted = (weights > 0)[view.inner] if np.any(weights == 0) else None
         recorder.begin(state, remarks)
+        if is_guided(view):
+            request.stage("Learning which lights matter where")
         begin_guided(view, settings, recorder, state, terms_of_learning(request, needed))
         if keeper is not None and state.features is None:
+            request.stage("Looking at albedo, normal and depth")
             with recorder.timing("seconds_features"):
                 state.features = draw_denoising_features(view, make_sampler(), settings.seed)
         planner = Planner(view, settings, criterion, weights, FirstLook(view, settings, recorder), recorder)
         if criterion.needs_radiance and len(schedule.goals) == 1:
             recorder.report.note(schedule.why_uniform())
         reporter = ProgressReporter(request.progress, schedule, recorder)
+        request.stage("Compiling the scene")
         try:
             yield Rendering(view, state, planner, drawer, schedule, keeper, reporter, recorder)
         finally:
@@ -133,6 +140,7 @@ def complete(rendering: Rendering, request: Request) -> Result:
     """Run a render that has begun to its end. Raises ClusterError, which says what is kept, if workers fail."""
     try:
         rendering.run()
+        request.stage("Taking out the noise" if request.denoise else "Developing the picture")
         return finish(rendering, request.features, request.denoise)
     except ClusterError as error:
         raise type(error)(f"{error} {rendering.what_is_kept()}") from None

@@ -87,6 +87,8 @@ class Request:
     progress: ProgressCallback | None = None
     remark: Tell = silent
     """Hears of a large render before it begins, in a sentence for a person."""
+    stage: Tell = silent
+    """Hears what is being done whenever that changes and no samples tell of it, in a few words: "Opening the scene"."""
     checkpoint: CheckpointFile | None = None
     picture: PictureFile | None = None
 
