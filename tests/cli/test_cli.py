@@ -208,6 +208,12 @@ def test_compare_prints_a_table_and_keeps_the_reference(tracer_program, scene_fi
     assert code == 0
     for word in ("uniform", "independent", "multijitter", "fused", "relMSE"):
         assert word in out
+    last = out.splitlines()[-1]
+    assert "at 8 spp, fused " in last
+    assert f"; use: tracer render {scene} --spp 8" in last
+    assert last.endswith("--size 14")
+    assert all(len(line) <= 80 for line in out.splitlines()[:-1])
+    assert "…" not in out
     written = {path.name for path in (tmp_path / "results").iterdir()}
     assert written == {"results.json", "results.csv", "results.md", "index.html", "cells"}
     kept = {path: path.stat().st_mtime_ns for path in (tmp_path / "cache").rglob("*.npz")}
