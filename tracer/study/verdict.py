@@ -36,8 +36,8 @@ def in_words(row: Row, error: str) -> str:
     assert row.gain_time is not None
     if abs(row.gain_samples.mean - 1) < NO_DIFFERENCE:  # times that differ then are those of the machine
         return (
-            f"On {row.scene} at {row.budget}, {row.method} gains nothing over uniform sampling: with as many samples it "
-            f"has the same {error}"
+            f"On {row.scene} at {row.budget}, {row.method} gains nothing over uniform sampling: with as many samples "
+            f"it has the same {error}"
         )
     low, high = bounds(row.gain_time)
     doubt = ""
