@@ -91,6 +91,7 @@ def flat(measurement: Measurement) -> dict[str, Any]:
         "machine": took.machine,
         **{name: getattr(measurement.scores, name) for name in SCORES},
         "too_close": measurement.too_close,
+        **measurement.own,
     }
 
 
