@@ -1,12 +1,77 @@
 """What a script gives: numbers of any kind work, and a mistake is one sentence for who calls from Python."""
 
+import inspect
+import re
+import typing
+
 import mitsuba as mi
 import numpy as np
 import pytest
 
 import tracer
+from conftest import LIT
 from tracer import criteria
+from tracer.criteria import registry
 from tracer.errors import BackendError, OutputError, SettingsError
+
+PARAMETERS = dict(inspect.signature(tracer.render).parameters)
+HELP = inspect.getdoc(tracer.render)
+
+
+def test_public_names_are_all_that_is_listed():
+    assert dir(tracer) == sorted(tracer.__all__)
+    assert all(hasattr(tracer, name) for name in dir(tracer))
+    assert re.match(r"\d+\.\d+", tracer.__version__)
+
+
+@pytest.mark.parametrize("name", tracer.Settings.model_fields)
+def test_every_setting_is_a_keyword_of_the_same_type(name):
+    """``render`` lists the settings by hand, for editors and for its help, and must not differ from them."""
+    parameter = PARAMETERS[name]
+    assert (parameter.kind, parameter.default) == (inspect.Parameter.KEYWORD_ONLY, None)
+    if name in ("criterion", "objective", "importance", "shape_weights"):  # names, and more than a setting holds
+        return
+    types = typing.get_type_hints(tracer.render)[name]
+    setting = tracer.Settings.model_fields[name].annotation
+    assert set(typing.get_args(types)) == {type(None), *(typing.get_args(setting | None))}
+
+
+def test_objectives_are_those_there_are():
+    from tracer.image.objective import OBJECTIVES
+
+    (values, _) = typing.get_args(typing.get_type_hints(tracer.render)["objective"])
+    assert set(typing.get_args(values)) == set(OBJECTIVES)
+
+
+@pytest.mark.parametrize("name", [name for name in PARAMETERS if name != "unknown"])
+def test_the_help_explains_every_keyword(name):
+    entry = re.search(rf"^    (?:\w+, )?{name}(?:, \w+)?: (.*?)(?=^    \w|^\S|\Z)", HELP, re.DOTALL | re.MULTILINE)
+    assert entry, name
+    field = tracer.Settings.model_fields.get(name)
+    if field is not None and isinstance(field.default, str | float | bool) and name != "spp":
+        quoted = f'"{field.default}"' if isinstance(field.default, str) else f"{field.default:g}"
+        stated = re.search(r"Default: (.*?)\.\s*$", entry[1])[1]
+        assert stated in (quoted, str(field.default)), entry[1]
+
+
+def test_the_example_of_the_help_runs(scene_file, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    example = re.search(r"Example::\n\n(.*?)\n\n\w", HELP, re.DOTALL)[1]
+    scene_file(LIT)
+    exec(inspect.cleandoc(example), {})
+    assert (tmp_path / "scene.exr").exists()
+
+
+def test_samples_of_the_scene_are_drawn_where_nothing_says_when_to_stop(cornell):
+    scene = cornell()
+    for count, expected in ((7, 7), (4, 64)):  # 4 is what Mitsuba takes where a scene says nothing
+        scene["sensor"]["sampler"] = {"type": "independent", "sample_count": count}
+        assert tracer.render(scene, criterion="uniform").samples.mean() == expected
+    scene["sensor"]["sampler"]["sample_count"] = 7
+    assert tracer.render(scene, spp=3).samples.mean() == 3
+    assert tracer.render(scene, noise=0.5).report.settings.spp == 4096
+    scene["integrator"] = {"type": "adaptive", "spp": 5, "nested": {"type": "path"}}
+    assert tracer.render(scene).samples.mean() == 5
 
 
 @pytest.mark.parametrize(
@@ -91,6 +156,75 @@ def test_a_registered_function_is_the_criterion_of_that_name(cornell):
     by_function, by_name = (tracer.render(cornell(), spp=16, criterion=given) for given in (function, "variance"))
     assert by_function.report.settings.criterion == "variance"
     assert np.array_equal(by_function.image, by_name.image)
+
+
+FILE = """import numpy as np
+
+from tracer.criteria import criterion
+
+
+@criterion("left_half", needs_radiance=True)
+def left_half(evidence):
+    return np.where(np.arange(evidence.wanted.shape[1]) < 12, 1.0, 0.0) * np.ones(evidence.wanted.shape)
+"""
+
+
+@pytest.fixture
+def criterion_file(tmp_path, monkeypatch):
+    """Write a file that defines a criterion, and forget the criterion afterwards."""
+    criteria.names()
+    monkeypatch.setattr(registry, "registered", dict(registry.registered))
+    monkeypatch.setattr(registry, "files", {})
+
+    def write(text=FILE):
+        path = tmp_path / "left.py"
+        path.write_text(text)
+        return path
+
+    return write
+
+
+def test_a_criterion_may_be_a_file_or_an_object(cornell, criterion_file, tmp_path):
+    path = criterion_file()
+    by_file = tracer.render(cornell(), spp=32, criterion=path, checkpoint=tmp_path / "state.ckpt")
+    assert by_file.samples[:, :12].mean() > 3 * by_file.samples[:, 12:].mean()
+    assert by_file.report.settings.criterion == "left_half"
+    text = tracer.render(cornell(), spp=32, criterion=str(path))
+    own = criteria.Criterion("fused", criteria.get("left_half").importance, needs_radiance=True, spends="share")
+    by_object = tracer.render(cornell(), spp=32, criterion=own)
+    assert np.array_equal(by_file.image, text.image)
+    assert np.array_equal(by_file.image, by_object.image)
+    assert by_object.report.settings.criterion == "criterion fused"
+    assert criteria.get("fused").is_built_in
+
+
+@pytest.mark.parametrize(
+    ("code", "message"),
+    [
+        (FILE.replace("import criterion", "import kriterion"), r"left\.py', line 3: ImportError: cannot import name"),
+        (FILE.replace("):\n", ")\n"), r"left\.py', line 7: SyntaxError: expected ':'\.$"),
+        (FILE.replace('"left_half"', '"fused"'), r"line 6: ValueError: there is a criterion 'fused' already"),
+        (FILE.replace("shape)", "size)"), r"line 8: ValueError: operands could not be broadcast"),
+        (FILE.replace("    return np", "    return nq"), r"left\.py', line 8: NameError: name 'nq' is not defined\.$"),
+        (
+            FILE.replace("@criterion", "# criterion"),
+            r"defines no criterion: write @tracer\.criteria\.criterion\(\"left",
+        ),
+        (FILE + FILE[FILE.index("@") :].replace('"left', '"right'), "defines 2 criteria, left_half, right_half"),
+    ],
+)
+def test_a_mistake_in_a_file_is_one_sentence(cornell, criterion_file, code, message):
+    with pytest.raises(SettingsError, match=message) as caught:
+        tracer.render(cornell(), spp=32, criterion=criterion_file(code))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_file_that_was_changed_is_read_anew(cornell, criterion_file):
+    tracer.render(cornell(), spp=32, criterion=criterion_file())
+    changed = FILE.replace("1.0, 0.0", "0.00, 1.0").replace('"left_half"', '"right_half"')
+    result = tracer.render(cornell(), spp=32, criterion=criterion_file(changed))
+    assert result.samples[:, 12:].mean() > 3 * result.samples[:, :12].mean()
+    assert "left_half" not in criteria.names()
 
 
 def test_a_scaled_importance_is_noted_once(cornell, tmp_path):

@@ -1,139 +1,26 @@
-"""What a render returns."""
+"""What a render returns, and the layers of the file that it is written to."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
+import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.adaptive.convergence import Noise
-from tracer.adaptive.stopping import Reason
-from tracer.core import parallel
 from tracer.core.quantities import mean_count
+from tracer.core.version import version
 from tracer.denoising.postprocess import (
     Seen,  # imported at run time too: Dr.Jit looks up the type hints of objects that an integrator holds
 )
 from tracer.image.colour import as_png, display, heat
-from tracer.scene.frame import Frame, PlainFrame
-from tracer.settings import Settings
-
-if TYPE_CHECKING:
-    from tracer.film.estimate import Statistics
-
-
-@dataclass(frozen=True)
-class Round:
-    """One round: its samples and the time it took."""
-
-    samples: int
-    """Samples of the round, of all pixels together."""
-    least: int
-    """Fewest samples that any pixel has after the round."""
-    most: int
-    """Most samples that any pixel has after the round."""
-    seconds: float
-    """Seconds that the round took."""
-
-
-@dataclass
-class Report:
-    """What was decided in a render and why, and how long it took. Seconds are wall-clock seconds."""
-
-    settings: Settings
-    """The settings of the render, with their defaults."""
-    rounds: list[Round] = field(default_factory=list)
-    """Every round that was drawn, in order."""
-    notes: list[str] = field(default_factory=list)
-    """Sentences for a person about fallbacks, samples that were not finite, or an interruption."""
-    unwritten: list[str] = field(default_factory=list)
-    """Sentences about files that could not be written while the render went on, such as its checkpoint."""
-    stopped_by: Reason | None = None
-    """What ended the render: its budget (spp), the noise target, the time, or a person. None while it is under way."""
-    spp: float = 0.0
-    """Mean samples per pixel that were drawn, including those that only decided or were not finite. The number that was
-    asked for is in ``settings``."""
-    noise: float | None = None
-    """Error that ``noise_share`` of the pixels are estimated to keep within; None without a noise target."""
-    converged: float | None = None
-    """Share of the pixels that are estimated to be within the noise target; None without one."""
-    light_given_back: float = 0.0
-    """Part of the picture's mean that decisions had lost and that was given back, see ``tracer.film.bias``."""
-    pixels_at_most: int = 0
-    """Number of pixels that have as many samples as a pixel may have."""
-    histogram: dict[str, int] = field(default_factory=dict)
-    """Number of pixels by range of samples, between powers of two: "8-15" and so on."""
-    seconds_drawing: float = 0.0
-    """Seconds of drawing the samples of the picture; all others are overhead."""
-    seconds_pilot: float = 0.0
-    """Seconds of tracing pilot rays."""
-    seconds_guiding: float = 0.0
-    """Seconds of learning which lights matter where."""
-    seconds_deciding: float = 0.0
-    """Seconds of computing importance and allocation."""
-    seconds_adding: float = 0.0
-    """Seconds of adding samples to the sums of their pixels."""
-    seconds_statistics: float = 0.0
-    """Seconds of computing, before each decision, what is known of the pixels."""
-    seconds_developing: float = 0.0
-    """Seconds of making the picture from the sums, at the end and wherever its noise is measured."""
-    elsewhere: dict[str, Any] = field(default_factory=dict)
-    """For a render on workers: how many there were at the end, units, and bytes that travelled. Else empty."""
-    seconds_features: float = 0.0
-    """Seconds of drawing the features that were asked for or that a checkpoint keeps."""
-    seconds_denoising: float = 0.0
-    """Seconds of denoising, and of drawing the features for it if no checkpoint keeps them."""
-
-    @property
-    def complete(self) -> bool:
-        """Whether the render went on until its budget was spent, its noise target was met or its time was over."""
-        return self.stopped_by != "person"
-
-    def note(self, text: str, once: str = "") -> None:
-        """Add a note, unless it is there already, as after a resume, or a note that begins with ``once`` is."""
-        if text not in self.notes and (not once or not any(note.startswith(once) for note in self.notes)):
-            self.notes.append(text)
-
-    def describe(self, frame: Frame, statistics: Statistics, done: int, noise: Noise | None) -> None:
-        """Fill in what is known of the pixels at the end; ``done``: samples that were drawn, of all pixels together."""
-        count, invalid = (values[frame.inner] for values in (statistics.count, statistics.invalid))
-        lost = int(statistics.invalid.sum())
-        if lost:
-            self.note(
-                f"{lost} samples in {np.count_nonzero(statistics.invalid)} pixels were not finite and are left out"
-                f"{empty_pixels((count == 0) & (invalid > 0))}."
-            )
-        self.spp = done / frame.pixel_count
-        if not self.complete:
-            asked_for = f"at most {self.settings.spp}" if self.settings.is_open else self.settings.spp
-            self.note(f"Stopped after {mean_count(self.spp)} samples per pixel, of {asked_for}.")
-        self.pixels_at_most = int(np.count_nonzero(count + invalid >= self.settings.most_samples))
-        self.histogram = histogram(count)
-        if noise is not None and self.settings.noise is not None:
-            self.noise, self.converged = noise.error, noise.converged
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the report as plain numbers, strings, lists and dictionaries, for JSON."""
-        plain = {name: getattr(self, name) for name in vars(self) if name not in ("settings", "rounds")}
-        rounds = [vars(round_of_samples) for round_of_samples in self.rounds]
-        return {"settings": self.settings.model_dump(), "rounds": rounds, "complete": self.complete, **plain}
-
-
-def histogram(count: NDArray[np.uint32]) -> dict[str, int]:
-    """Return how many counts lie between powers of two, by "first-last"; empty ranges at both ends are left out."""
-    exponents = parallel.fill(np.empty(count.shape, np.int8), exponent_of, count)
-    numbers = {}
-    for exponent in range(int(exponents.min()), int(exponents.max()) + 1):
-        first, last = (1 << exponent) // 2, max((1 << exponent) - 1, 0)
-        numbers[str(first) if first == last else f"{first}-{last}"] = int(np.count_nonzero(exponents == exponent))
-    return numbers
-
-
-def exponent_of(count: NDArray[np.uint32]) -> NDArray[np.int32]:
-    """Return e of count = m 2^e with m in [0.5, 1)."""
-    exponent: NDArray[np.int32] = np.frexp(count.astype(np.float64))[1]
-    return exponent
+from tracer.io.atomic import check_output
+from tracer.io.exr import Chosen, check_channels, chosen_layers, layers_of, own_names, write_exr, write_png
+from tracer.io.rescue import write_or_rescue
+from tracer.report import Report
+from tracer.scene.frame import PlainFrame
 
 
 @dataclass(frozen=True)
@@ -174,6 +61,21 @@ class Result:
         frame = PlainFrame((height, width), 0, self.channels, 0, self.window)
         return np.asarray(frame.rgb(self.image), np.float32)
 
+    def save(self, path: str | Path, *, layers: Chosen = "all", overwrite: bool = False) -> None:
+        """Write the picture to a file, whole or not at all.
+
+        ``path``: its ending chooses the form. ".exr": every layer in linear float32, as ``layers`` of this module names
+        them, and the settings and report as attributes ``tracer:...``. ".png": what a screen shows, sRGB in 8 bits.
+        ``layers``: "all", or "rgb" for an EXR of the colours alone, for programs that read no layers. ``overwrite``:
+        whether a file of that name is replaced. Raises OutputError, before anything is written, for a name that cannot
+        be written to, and WriteError for a disk that is full.
+
+        Example: tracer.render("scene.xml", spp=64).save("scene.exr")
+        """
+        target, chosen = check_output(Path(path), overwrite), chosen_layers(layers)
+        check_channels(self.channels)
+        write_result(target, self, metadata(self), chosen)
+
     def _repr_html_(self) -> str:
         """Return the picture and its sample counts side by side, as HTML for Jupyter."""
         pictures = "".join(
@@ -187,18 +89,79 @@ class Result:
         return f"<div>{pictures}</div>"
 
 
-NAMED = 8
-"""Most pixels that a note lists by their coordinates."""
+def metadata(result: Result, scene_hash: str | None = None) -> dict[str, Any]:
+    """Return version, scene, settings and outcome as plain values; the hash of the scene if it is known.
+
+    ``spp`` is what was drawn, samples a pixel; ``spp_at_most`` what a noise target or a limit of time could have made
+    of it, or what was asked for where there is neither.
+    """
+    settings = result.report.settings
+    return {
+        "version": version(),
+        "mitsuba": mi.__version__,
+        "variant": mi.variant(),
+        **({} if scene_hash is None else {"scene_hash": scene_hash}),
+        "spp": result.report.spp,
+        "spp_at_most": settings.spp,
+        "seed": settings.seed,
+        "criterion": settings.criterion,
+        "objective": settings.objective,
+        "seconds": result.seconds,
+        "complete": int(result.report.complete),
+        "report": result.report.as_dict(),
+        **({"shapes": result.seen.shape_names} if result.seen is not None else {}),
+    }
 
 
-def empty_pixels(empty: NDArray[np.bool_]) -> str:
-    """Return a clause that names the pixels without a finite sample, which ``empty`` (H, W) marks; "" if none is."""
-    rows, columns = np.nonzero(empty)
-    if len(rows) == 0:
-        return ""
-    places = [f"({x}, {y})" for x, y in zip(columns[:NAMED], rows[:NAMED], strict=True)]
-    more = f" and {len(rows) - NAMED} more" if len(rows) > NAMED else ""
-    return (
-        f"; pixels (x, y) without any other show what the filter brings from their neighbours, or black: "
-        f"{', '.join(places)}{more}"
-    )
+def write_result(path: Path, result: Result, metadata: dict[str, Any], chosen: Chosen = "all") -> None:
+    """Write a result as EXR with ``metadata``, or the picture alone, as a screen shows it, as PNG.
+
+    ``chosen``: "all" layers, or "rgb", which is the picture in linear sRGB and nothing else, for programs that read no
+    layers. Raises WriteError, which says where the picture is if it could be written in another place.
+    """
+
+    def write(place: Path) -> None:
+        if path.suffix.lower() == ".png":
+            write_png(place, display(result.rgb))
+        elif chosen == "rgb":
+            write_exr(place, ["R", "G", "B"], result.rgb, metadata, result.window)
+        else:
+            write_exr(place, *layers(result), metadata, result.window)
+
+    write_or_rescue(path, write)
+
+
+def layers(result: Result) -> tuple[list[str], NDArray[np.float32]]:
+    """Return channel names and values (H, W, N) of the EXR of a result; every name is there once.
+
+    The image under its own names, then ``stderr.`` with the names of the image, ``samples.Y``, ``complexity.Y``,
+    ``importance.Y``, ``cost.Y``. Counts are exact up to 2^24, as float32 holds them. If it was denoised, ``noisy.``
+    with the names of its colours; if features were asked for, ``albedo.R/G/B``, ``normal.X/Y/Z``, ``depth.Z`` and
+    ``shape.Y``. AOVs that would come into these layers are named by ``own_names``.
+    """
+    after = single_channels(result)
+    channels = own_names(result.channels, layers_of(after))
+    names = [*channels, *(f"stderr.{name}" for name in channels), *after]
+    values = [result.image, result.stderr, *(array[..., None] for array in after.values())]
+    return names, np.concatenate([array.astype(np.float32) for array in values], axis=-1)
+
+
+def single_channels(result: Result) -> dict[str, NDArray]:
+    """Return the channels (H, W) of a result beside image and standard error, by name."""
+    channels = {f"{name}.Y": getattr(result, name) for name in ("samples", "complexity", "importance", "cost")}
+    if result.noisy is not None:
+        colours = result.channels[: result.noisy.shape[-1]]
+        channels |= {f"noisy.{name}": result.noisy[..., k] for k, name in enumerate(colours)}
+    if result.seen is not None:
+        features = result.seen.features
+        channels |= {f"albedo.{name}": features.albedo[..., k] for k, name in enumerate("RGB")}
+        channels |= {f"normal.{name}": features.normal[..., k] for k, name in enumerate("XYZ")}
+        channels |= {"depth.Z": features.depth, "shape.Y": result.seen.shapes}
+    return channels
+
+
+def renamed_layers(result: Result) -> list[str]:
+    """Return the layers of AOVs that have another name in the EXR of a result than in the scene."""
+    written_names = own_names(result.channels, layers_of(single_channels(result)))
+    changed_names = (new for new, old in zip(written_names, result.channels, strict=True) if new != old)
+    return list(dict.fromkeys(name.rpartition(".")[0] or name for name in changed_names))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
@@ -104,7 +105,7 @@ class Settings(BaseModel):
     @classmethod
     def weights_from_text(cls, value: Any) -> Any:
         """Read weights from text such as "lamp=4, floor=0.5" or from a dictionary; shapes may be given by number."""
-        if isinstance(value, dict):
+        if isinstance(value, Mapping):
             return {str(plain(name)): weight for name, weight in value.items()}
         if not isinstance(value, str):
             return value

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from conftest import LIT, PATIENCE, SENSOR
+from tracer import criteria
 from tracer.cli import repeat_option
+from tracer.criteria import registry
 from tracer.io.exr import read_exr
-from tracer.study.bundled import names
 
 
 def test_render_writes_an_exr(tracer_program, scene_file, tmp_path):
@@ -207,6 +208,12 @@ def test_compare_prints_a_table_and_keeps_the_reference(tracer_program, scene_fi
     assert code == 0
     for word in ("uniform", "independent", "multijitter", "fused", "relMSE"):
         assert word in out
+    last = out.splitlines()[-1]
+    assert "at 8 spp, fused " in last
+    assert f"; use: tracer render {scene} --spp 8" in last
+    assert last.endswith("--size 14")
+    assert all(len(line) <= 80 for line in out.splitlines()[:-1])
+    assert "…" not in out
     written = {path.name for path in (tmp_path / "results").iterdir()}
     assert written == {"results.json", "results.csv", "results.md", "index.html", "cells"}
     kept = {path: path.stat().st_mtime_ns for path in (tmp_path / "cache").rglob("*.npz")}
@@ -225,26 +232,49 @@ def test_several_budgets_may_follow_one_option():
     assert repeat_option(["--spp", "16", "7.xml"], "--spp") == ["--spp", "16", "7.xml"]
 
 
-VIEWS = ("measure", "map", "best", "tour", "cover")
-COMMANDS = [
-    ["render"],
-    ["merge"],
-    ["radiosity"],
-    ["compare"],
-    ["study"],
-    ["score"],
-    ["demo"],
-]
-COMMANDS += [["demo"], ["info"], ["view"], *(["view", name] for name in VIEWS)]
+def test_without_a_name_the_picture_has_that_of_the_scene(tracer_program, scene_file, tmp_path, monkeypatch):
+    scene = scene_file(LIT, "lit.xml")
+    (tmp_path / "work").mkdir()
+    monkeypatch.chdir(tmp_path / "work")
+    code, out, _ = tracer_program("render", scene, "--spp", 3)
+    assert (code, out.partition(":")[0]) == (0, "lit.exr")
+    assert "12 x 8, 3 samples per pixel" in out
+    code, _, err = tracer_program("render", scene, "--spp", 3)
+    assert (code, "'lit.exr' exists" in err) == (2, True)
+    assert tracer_program("render", scene, "--part", "1/2", "--checkpoint", "one.ckpt", "--spp", 8)[0] == 0
+    assert sorted(path.name for path in (tmp_path / "work").iterdir()) == ["lit.exr", "one.ckpt"]
 
 
-@pytest.mark.parametrize("command", [[], *COMMANDS])
-def test_help(tracer_program, command):
-    code, out, _ = tracer_program(*command, "--help")
-    assert code == 0
-    assert "Usage" in out
-    if command and command != ["view"]:
-        assert "Example" in out
+def test_the_samples_of_the_scene_are_drawn(tracer_program, scene_file, tmp_path):
+    scene = scene_file(
+        LIT.replace('"independent"/>', '"independent"><integer name="sample_count" value="6"/></sampler>')
+    )
+    assert tracer_program("render", scene, "-o", tmp_path / "out.exr")[0] == 0
+    assert read_samples(tmp_path / "out.exr")[0].sum() == 6 * 96
+
+
+OWN_CRITERION = """from tracer.criteria import criterion
+
+@criterion("mine", needs_radiance=True)
+def mine(evidence):
+    return evidence.wanted * WORTH
+"""
+
+
+def test_a_criterion_in_a_file(tracer_program, scene_file, tmp_path, monkeypatch):
+    criteria.names()
+    monkeypatch.setattr(registry, "registered", dict(registry.registered))
+    file, configuration = tmp_path / "mine.py", tmp_path / "render.toml"
+    configuration.write_text('criterion = "mine.py"\nspp = 16\n')
+    for worth, code in (("2.0", 0), ("[]", 2), ("-1", 2)):
+        file.write_text(OWN_CRITERION.replace("WORTH", worth))
+        for given in (("--criterion", file, "--spp", 16), ("--config", configuration)):
+            arguments = ("render", scene_file(LIT), "-o", tmp_path / "out.exr", "--overwrite", *given)
+            found, _, err = tracer_program(*arguments)
+            assert (found, err.count("\n")) == (code, min(code, 1))
+            assert worth != "[]" or "mine.py', line 5: ValueError: operands" in err
+            assert worth != "-1" or "mine must return an importance >= 0" in err
+    assert read_exr(tmp_path / "out.exr")[2]["criterion"] == "mine"
 
 
 def test_ctrl_c_leaves_what_there_is_clearly_marked(scene_file, tmp_path):
@@ -345,8 +375,3 @@ def test_a_live_picture_that_does_not_fit_costs_nothing_else(tracer_program, sce
     code, _, err = tracer_program(*arguments)
     assert (code, err.count("\n"), f"Cannot write '{live}'" in err) == (5, 1, True)
     assert read_samples(tmp_path / "out.exr")[0].sum() == 2 * 96
-
-
-def test_the_help_of_study_names_all_studies_that_come_along(tracer_program):
-    words = tracer_program("study", "--help")[1].replace(",", " ").replace(".", " ").split()
-    assert set(names()) <= set(words)

@@ -38,6 +38,19 @@ def test_a_render_moves_its_bar_by_the_fraction_and_shows_its_own_time_left(bar)
     assert "0:01:23" in terminal.getvalue()
 
 
+def test_what_comes_before_and_after_the_samples_is_said(bar):
+    step, terminal = bar
+    watch = Watch("Rendering", step)
+    watch.stage("Opening the scene")
+    assert step.bar.tasks[0].total is None
+    watch(passes(1.0)[0])
+    watch.stage("Writing")
+    assert (len(step.bar.tasks), step.bar.tasks[0].percentage) == (1, 0)
+    step.clear()
+    assert "Opening the scene" in terminal.getvalue()
+    assert "Writing" in terminal.getvalue()
+
+
 def test_the_next_picture_begins_anew(bar):
     step, _ = bar
     watch = Watch("Rendering", step)

@@ -9,6 +9,7 @@ import pytest
 
 import tracer
 from conformance.cases import FILTERS
+from tracer import result as output
 from tracer.denoising import postprocess
 from tracer.denoising.postprocess import without_noise
 from tracer.denoising.refilter import FilterShape, evaluate
@@ -18,9 +19,8 @@ from tracer.film.features import Features
 from tracer.image import metrics
 from tracer.image.colour import luminance
 from tracer.io import exr
+from tracer.result import metadata
 from tracer.scene.frame import PlainFrame
-from tracer.session import output
-from tracer.session.output import metadata
 
 
 def test_features_are_layers(cornell, tmp_path):

@@ -5,7 +5,7 @@ import pytest
 
 from tracer.core import stopwatch
 from tracer.core.stopwatch import Seconds
-from tracer.result import Report
+from tracer.report import Report
 from tracer.session.local_drawer import Pass
 from tracer.session.recorder import Recorder
 from tracer.session.state import State

@@ -13,7 +13,7 @@ import tracer
 from tracer import criteria
 from tracer.adaptive import prediction
 from tracer.errors import SettingsError
-from tracer.result import empty_pixels
+from tracer.report import empty_pixels
 from tracer.scene.view import open_scene
 from tracer.session.render import begun, complete, render_request
 from tracer.session.render_loop import Rendering

@@ -88,11 +88,11 @@ def test_a_part_that_was_stopped_goes_on(parts, tmp_path):
 
 def test_a_job_must_write_something(scene_file):
     with pytest.raises(SettingsError, match="nothing would be written"):
-        make_job({"scene": scene_file("")})
+        make_job({"scene": scene_file(""), "part": "1/2"})
 
 
 def test_large_seeds_are_written(cornell, tmp_path):
-    from tracer.session.output import metadata, write_result
+    from tracer.result import metadata, write_result
 
     result = tracer.render(cornell(), spp=1, seed=2**32 - 1)
     write_result(tmp_path / "out.exr", result, metadata(result, "0"))

@@ -24,7 +24,7 @@ def decide(
     criterion: Criterion, evidence: Evidence, settings: Settings, situation: Situation, generator: np.random.Generator
 ) -> Decision:
     """Return the decision of a criterion about the next round. Raises BudgetError if no allocation meets the bounds."""
-    importance = np.asarray(criterion.importance(evidence), np.float64)
+    importance = criterion.evaluate(evidence)
     if not np.all(np.isfinite(importance)):  # radiance beyond what float32 can square
         importance = np.ones_like(importance)
     importance = importance * evidence.wanted

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 
@@ -13,6 +13,7 @@ from tracer.cli import (
     demo,
     info,
     merge,
+    options,
     radiosity,
     render,
     score,
@@ -20,14 +21,30 @@ from tracer.cli import (
     view,
 )
 from tracer.core.backend import named_library
+from tracer.core.version import version
 from tracer.core.wording import speaking_to_command_line
 
 app = typer.Typer(
-    help="Render adaptively on Mitsuba 3: look first with cheap rays, spend expensive rays where they pay.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+
+
+def show_version(asked: bool) -> None:
+    """Print the version, and end the program, if ``asked``."""
+    if asked:
+        typer.echo(f"tracer {version()}")
+        raise typer.Exit
+
+
+@app.callback()
+def program(
+    version: Annotated[
+        bool, typer.Option("--version", is_eager=True, callback=show_version, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    """Render adaptively on Mitsuba 3: look first with cheap rays, spend expensive rays where they pay."""
 
 
 def after_check(command: Callable[..., None]) -> Callable[..., None]:
@@ -53,8 +70,10 @@ COMMANDS = (
     info.info,
 )
 """All commands but those of ``view``."""
+EPILOGS = {render.render: f"Criteria: {options.CRITERIA}", compare.compare: f"Criteria: {options.CRITERIA}"}
+"""Texts below the help of commands."""
 for function in COMMANDS:
-    app.command()(after_check(function))
+    app.command(epilog=EPILOGS.get(function))(after_check(function))
 for name, viewing in view.COMMANDS.items():
-    view.app.command(name)(after_check(viewing))
+    view.app.command(name, epilog=view.EPILOGS.get(name))(after_check(viewing))
 app.add_typer(view.app, name="view")

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import re
+import shlex
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from tracer.cli import options
+
+if TYPE_CHECKING:
+    from tracer.study.results import Results
 
 REFERENCE_FACTOR = 64
 """Largest number of samples of a reference, as a multiple of the largest budget, unless it is given."""
@@ -25,7 +30,8 @@ def compare(
     seeds: Annotated[int, typer.Option(help="How many seeds.", min=1)] = 5,
     first_seed: Annotated[int, typer.Option(help="The first of them.", min=0)] = 0,
     criterion: Annotated[
-        list[str] | None, typer.Option(help="Criteria to compare; several may follow. (fused)")
+        list[str] | None,
+        typer.Option(help="A name below, or your own Python file; may be repeated. (fused)", metavar="NAME"),
     ] = None,
     objective: options.Objective = "relative",
     integrator: options.Integrator = None,
@@ -40,16 +46,19 @@ def compare(
 ) -> None:
     """Measure adaptive against uniform sampling and plain mi.render, by a high-spp reference that is kept for later.
 
-    The same as a study of these scenes, see tracer study.
+    The same as a study of these scenes, see tracer study. It ends with what
+    you would gain in samples and in time, and the command to use.
 
     Example: tracer compare scene.xml --spp 16 64
     """
+    from tracer.criteria import name_of
     from tracer.study.plan import make_plan
     from tracer.study.toml_location import Origin
 
     spps = spp or [64]
     scene_settings = {"sensor": sensor} | ({"integrator": integrator} if integrator else {})
-    criteria = list(dict.fromkeys(["uniform", *(criterion or ["fused"])]))
+    criterion_files = {name_of(name): name for name in criterion or ["fused"]}
+    criteria = list(dict.fromkeys(["uniform", *criterion_files]))
     plan = make_plan(
         {
             "name": plan_name(scenes),
@@ -69,10 +78,40 @@ def compare(
     from tracer.cli.study import measure
 
     if output is not None:
-        measure(plan, output, overwrite, quiet)
+        results = measure(plan, output, overwrite, quiet)
+    else:
+        with tempfile.TemporaryDirectory() as folder:
+            results = measure(plan, Path(folder), overwrite, quiet)
+    if quiet:
         return
-    with tempfile.TemporaryDirectory() as folder:
-        measure(plan, Path(folder), overwrite, quiet)
+    given = {"--integrator": integrator, "--sensor": sensor or None, "--size": size}
+    given["--objective"] = None if objective == "relative" else objective
+    chosen_options = [text for name, value in given.items() if value is not None for text in (name, str(value))]
+    for scene, sentence in verdicts(results, scenes, criterion_files, chosen_options):
+        typer.echo(f"\n{sentence}; use: tracer render {scene}")
+
+
+def verdicts(
+    results: Results, scenes: list[Path], criterion_files: dict[str, str], chosen_options: list[str]
+) -> Iterator[tuple[str, str]]:
+    """Yield, for each scene at its largest budget, the rest of a command that renders it best, and why in a clause.
+
+    ``criterion_files``: what the person wrote, by name of the criterion; ``chosen_options``: further options.
+    """
+    from tracer.study import verdict
+    from tracer.study.plan import scene_name
+    from tracer.study.tables import measured
+
+    spp = max(results.plan.spp)
+    rows, _ = results.tables()
+    for scene in scenes:
+        of_scene = [row for row in rows if (row.scene, row.budget) == (scene_name(scene), f"{spp} spp")]
+        row = verdict.best([row for row in of_scene if row.method in criterion_files])
+        if row is not None:
+            name = criterion_files[row.method] if verdict.pays(row) else verdict.UNIFORM
+            chosen = [] if name == "fused" else ["--criterion", name]
+            words = [str(scene), "--spp", str(spp), *chosen, *chosen_options]
+            yield shlex.join(words), verdict.in_words(row, measured(results.plan))
 
 
 def plan_name(scenes: list[Path]) -> str:

@@ -15,7 +15,7 @@ def demo(
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
-    """Render a bundled scene uniformly and adaptively at the same number of samples, and show what it bought.
+    """Render a bundled scene adaptively and uniformly, with as many samples and in as much time, and compare errors.
 
     Leaves tracer-demo.png and tracer-demo.md in the current folder. Example: tracer demo
     """
@@ -28,10 +28,11 @@ def demo(
 
     from tracer.cli.progress import steps
     from tracer.cli.show import simple_table
-    from tracer.study.demo import HEADINGS, run_demo
+    from tracer.study.demo import HEADINGS, in_words, run_demo
 
     with steps(quiet) as progress:
+        progress.begin("Opening the scene")
         lines = run_demo(picture, table, progress)
     if not quiet:
         simple_table(HEADINGS, [line.cells() for line in lines])
-        typer.echo(f"Picture: {picture}\nTable:   {table}")
+        typer.echo(f"{in_words(lines)}\nPicture: {picture}\nTable:   {table}")

@@ -15,7 +15,7 @@ def info() -> None:
     import platform
 
     from tracer.core import backend
-    from tracer.session.output import version
+    from tracer.core.version import version
 
     variant = backend.activate()
     import drjit as dr

@@ -28,7 +28,7 @@ def merge(
     Example: tracer merge part1.ckpt part2.ckpt -o out.exr --denoise
     """
     from tracer.io import atomic
-    from tracer.session.output import chosen_layers, write_result
+    from tracer.io.exr import chosen_layers
 
     atomic.check_output(output, overwrite)
     layer_choice = chosen_layers(layers)
@@ -36,8 +36,8 @@ def merge(
         atomic.check_output(checkpoint, overwrite, suffixes=())
 
     from tracer.cli.render import in_words, summary
+    from tracer.result import metadata, write_result
     from tracer.session.merge import merge as merge_files
-    from tracer.session.output import metadata
 
     result, merged = merge_files(checkpoints, checkpoint, denoise)
     entries = {**metadata(result, merged.identity["scene"]), "sources": merged.sources}

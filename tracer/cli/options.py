@@ -16,6 +16,45 @@ class Panel:
     WHO = "Who draws them"
 
 
+CRITERIA = """
+chi_square, colour_contrast, contrast, cycles, face_entropy, face_gini, fused,
+geometry_contrast, hellinger, kullback_leibler, luxcore, mitsuba_1731, renyi,
+rigau, root_chi_square, root_hellinger, root_kullback_leibler, shape_entropy,
+shape_gini, shape_id, tsallis, uniform, variance, viewpoint_complexity, z_test
+"""
+"""Names of all criteria, for help: to list them from their files takes seconds."""
+OBJECTIVES = "relative, absolute or display"
+"""Names of all objectives, for help."""
+
+
+def advanced(
+    help: str,
+    panel: str | None = None,
+    *,
+    name: str | None = None,
+    short: str | None = None,
+    metavar: str | None = None,
+) -> Any:
+    """Return an option that only ``--help-all`` shows; its ``name`` is that of the parameter if it is None."""
+    names = [declared for declared in (name, short) if declared is not None]
+    return typer.Option(*names, help=help, metavar=metavar, rich_help_panel=panel, hidden=True)
+
+
+def show_all(context: typer.Context, asked: bool) -> None:
+    """Show the help with all options, and end the program, if ``asked``."""
+    if not asked:
+        return
+    hidden = [parameter for parameter in context.command.params if getattr(parameter, "hidden", False)]
+    try:
+        for parameter in hidden:
+            parameter.hidden = False  # type: ignore[attr-defined]
+        typer.echo(context.get_help())
+    finally:
+        for parameter in hidden:
+            parameter.hidden = True  # type: ignore[attr-defined]
+    raise typer.Exit
+
+
 def criteria_names() -> list[str]:
     """Return the names of all criteria, for completion on the command line."""
     from tracer import criteria
@@ -41,19 +80,23 @@ def given(context: typer.Context) -> dict[str, Any]:
 
 
 SceneFile = Annotated[Path, typer.Argument(help="Mitsuba scene file (XML).", show_default=False)]
-Objective = Annotated[str, typer.Option(help="Which error is to be small: relative, absolute or display.")]
+Objective = Annotated[str, typer.Option(help=f"Which error is to be small: {OBJECTIVES}.", metavar="NAME")]
 Integrator = Annotated[str | None, typer.Option(help="Plugin to use instead of the scene's integrator.")]
 Sensor = Annotated[int, typer.Option(help="Number of the scene's sensor, from 0.")]
-Width = Annotated[int | None, typer.Option(help="Width in pixels instead of the scene's; the aspect is kept.")]
+Width = Annotated[int | None, typer.Option(help="Width of the picture; the aspect is kept.", metavar="PIXELS")]
 Workers = Annotated[
-    int | None, typer.Option(min=1, help="Processes on this machine that draw.", rich_help_panel=Panel.WHO)
+    int | None, typer.Option(min=1, help="Processes on this machine that draw.", metavar="N", rich_help_panel=Panel.WHO)
 ]
 Scheduler = Annotated[
     str | None, typer.Option(help="Address of a Dask scheduler, or its file.", rich_help_panel=Panel.WHO)
 ]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")]
 Layers = Annotated[
-    str | None, typer.Option(help="What the EXR holds: all, or rgb, as textures and environments are. (all)")
+    str | None,
+    typer.Option(help="rgb: an EXR without layers. (all)", metavar="all|rgb"),
+]
+HelpAll = Annotated[
+    bool, typer.Option("--help-all", is_eager=True, callback=show_all, help="Show the other options, too.")
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object a picture, for machines.")]

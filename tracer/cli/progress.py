@@ -35,12 +35,17 @@ class Steps:
 
     def __call__(self, description: str, done: float, total: float, left: float | None = None) -> bool:
         """Show that ``done`` of ``total`` steps are done; ``left``: seconds to the end, if the work estimates them."""
-        if not self.bar.live.is_started:
-            self.bar.start()  # not earlier, so that a mistake found while loading is the only thing printed
+        self.bar.start()
         if done < self.bar.tasks[0].completed:
             self.bar.reset(self.task)
         self.bar.update(self.task, description=description, completed=done, total=total, left=left)
         return not self.stopped()
+
+    def begin(self, description: str) -> None:
+        """Show that something has begun whose end is not known; the bar moves to and fro."""
+        self.bar.remove_task(self.task)
+        self.task = self.bar.add_task(description, total=None)
+        self.bar.start()
 
     def clear(self) -> None:
         """Remove the bar, so that something can be printed; the next step shows the bar again."""
@@ -49,10 +54,13 @@ class Steps:
 
 
 class Watch:
-    """A progress bar for a rendering: a progress callback for ``tracer.render``."""
+    """A progress bar for a rendering: a progress callback for ``tracer.render``.
+
+    ``stage`` shows what is being done while no samples are drawn.
+    """
 
     def __init__(self, title: str, step: Steps) -> None:
-        self.title, self.step, self.clear = title, step, step.clear
+        self.title, self.step, self.stage, self.clear = title, step, step.begin, step.clear
 
     def __call__(self, progress: Passed) -> bool:
         """Show how far the rendering is; return False once it should stop."""

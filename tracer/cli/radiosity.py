@@ -73,9 +73,9 @@ def radiosity(
     from tracer.core import backend
     from tracer.errors import SceneError, SettingsError
     from tracer.io import atomic
+    from tracer.io.exr import chosen_layers
     from tracer.radiosity.remarks import other_than_diffuse, remarks, with_media
     from tracer.scene.loaded import load_scene
-    from tracer.session.output import chosen_layers
     from tracer.session.render import render_request
     from tracer.session.request import PictureFile, Request
 

@@ -9,9 +9,9 @@ from typing import Annotated, Any
 import typer
 
 from tracer.cli import options
-from tracer.cli.options import Panel
+from tracer.cli.options import Panel, advanced
 
-OWN = ("config", "shape_weight", "quiet", "as_json")
+OWN = ("config", "shape_weight", "quiet", "as_json", "help_all")
 """Parameters of the command line alone; all others are fields or settings of a job and have the same names there."""
 
 
@@ -19,44 +19,69 @@ def render(
     context: typer.Context,
     scene: options.SceneFile,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Picture to write: .exr (all layers) or .png.")
+        Path | None,
+        typer.Option("--output", "-o", help="Picture, .exr or .png. (scene.exr)", metavar="FILE"),
     ] = None,
-    config: Annotated[Path | None, typer.Option(help="TOML file with options by name; the command line wins.")] = None,
-    spp: Annotated[int | None, typer.Option(help="Mean samples per pixel. [64]", rich_help_panel=Panel.STOP)] = None,
+    overwrite: options.Overwrite = False,
+    size: options.Width = None,
+    denoise: Annotated[
+        bool | None, typer.Option("--denoise", help="Take out the noise with Open Image Denoise.")
+    ] = None,
+    layers: options.Layers = None,
+    features: Annotated[
+        bool | None, advanced("Write albedo, normal, depth and numbers of shapes, too.", name="--features")
+    ] = None,
+    config: Annotated[
+        Path | None, advanced("TOML file with options by name; the command line wins.", metavar="FILE")
+    ] = None,
+    integrator: Annotated[str | None, advanced("Plugin instead of the scene's integrator.", metavar="NAME")] = None,
+    sensor: Annotated[
+        list[str] | None, advanced("Number of a sensor, from 0; may be repeated; or all. [0]", metavar="N")
+    ] = None,
+    crop: Annotated[str | None, advanced("Only that part of the picture.", metavar="X,Y,WIDTH,HEIGHT")] = None,
+    define: Annotated[
+        list[str] | None, advanced("Value of a $parameter.", name="--define", short="-D", metavar="NAME=VALUE")
+    ] = None,
+    frames: Annotated[
+        str | None,
+        advanced('"1-24" or "1-24:2": #### in file names, and $frame, are the number.', metavar="RANGE"),
+    ] = None,
+    variant: Annotated[str | None, advanced("Mitsuba variant. (llvm_ad_rgb)", metavar="NAME")] = None,
+    memory: Annotated[float | None, advanced("Most memory to use, in GiB.", metavar="GIB")] = None,
+    live: Annotated[Path | None, advanced("PNG that shows the picture while it renders.", metavar="FILE")] = None,
+    tev: Annotated[str | None, advanced("A tev viewer that shows it, too.", metavar="HOST:PORT")] = None,
+    quiet: options.Quiet = False,
+    as_json: Annotated[bool, advanced("Print one JSON object a picture, for machines.", name="--json")] = False,
+    help_all: options.HelpAll = False,
+    spp: Annotated[
+        int | None,
+        typer.Option(help="Mean samples per pixel. (the scene's, or 64)", metavar="N", rich_help_panel=Panel.STOP),
+    ] = None,
     noise: Annotated[
-        float | None, typer.Option(help="Stop when the error is below; see above.", rich_help_panel=Panel.STOP)
+        float | None,
+        typer.Option(help="Error below which it stops, see above.", metavar="X", rich_help_panel=Panel.STOP),
     ] = None,
     noise_share: Annotated[
-        float | None, typer.Option(help="Share of the pixels that --noise is for. [0.95]", rich_help_panel=Panel.STOP)
+        float | None, advanced("Share of the pixels that --noise is for. [0.95]", Panel.STOP, metavar="X")
     ] = None,
     time: Annotated[
-        float | None, typer.Option(help="Seconds until the end, start-up included.", rich_help_panel=Panel.STOP)
+        float | None,
+        typer.Option(help="Time until the end, start-up included.", metavar="SECONDS", rich_help_panel=Panel.STOP),
     ] = None,
     checkpoint: Annotated[
-        Path | None, typer.Option(help="File to keep the state in.", rich_help_panel=Panel.STOP)
+        Path | None, typer.Option(help="File to keep the state in.", metavar="FILE", rich_help_panel=Panel.STOP)
     ] = None,
     checkpoint_every: Annotated[
-        float | None, typer.Option(help="Seconds between two writes of it. [60]", rich_help_panel=Panel.STOP)
+        float | None, advanced("Time between two writes of it. [60]", Panel.STOP, metavar="SECONDS")
     ] = None,
     resume: Annotated[
         bool | None, typer.Option("--resume", help="Go on from the checkpoint, if any.", rich_help_panel=Panel.STOP)
     ] = None,
-    integrator: options.Integrator = None,
-    sensor: Annotated[
-        list[str] | None, typer.Option(help="Number of a sensor, from 0; may be repeated; or all. [0]")
-    ] = None,
-    size: options.Width = None,
-    crop: Annotated[str | None, typer.Option(help="x,y,width,height: only that part of the picture.")] = None,
-    define: Annotated[list[str] | None, typer.Option("--define", "-D", help="name=value of a $parameter.")] = None,
-    frames: Annotated[
-        str | None, typer.Option(help='"1-24" or "1-24:2": #### in file names, and $frame, are the number.')
-    ] = None,
-    variant: Annotated[str | None, typer.Option(help="Mitsuba variant. (llvm_ad_rgb)")] = None,
-    seed: Annotated[int | None, typer.Option(help="Seed of the samples. [0]", rich_help_panel=Panel.WHERE)] = None,
     criterion: Annotated[
         str | None,
         typer.Option(
-            help="What finds importance: fused, variance, ... (fused)",
+            help="A name below, or your own Python file. (fused)",
+            metavar="NAME",
             rich_help_panel=Panel.WHERE,
             autocompletion=options.criteria_names,
         ),
@@ -64,77 +89,63 @@ def render(
     objective: Annotated[
         str | None,
         typer.Option(
-            help="Which error is to be small. (relative)",
+            help=f"Error to lower: {options.OBJECTIVES}.",
+            metavar="NAME",
             rich_help_panel=Panel.WHERE,
             autocompletion=options.objective_names,
         ),
     ] = None,
     exposure: Annotated[
-        float | None,
-        typer.Option(help="Stops by which the picture will be brightened. [0]", rich_help_panel=Panel.WHERE),
+        float | None, advanced("Stops by which the picture will be brightened. [0]", Panel.WHERE, metavar="STOPS")
     ] = None,
     importance: Annotated[
-        str | None,
-        typer.Option(help="Image, mask or weights, to multiply the importance by.", rich_help_panel=Panel.WHERE),
+        str | None, advanced("Image, mask or weights, to multiply the importance by.", Panel.WHERE, metavar="FILE")
     ] = None,
     shape_weight: Annotated[
         list[str] | None,
-        typer.Option(
-            help="NAME=FACTOR: importance of what a shape covers; may be repeated.", rich_help_panel=Panel.WHERE
-        ),
+        advanced("Importance of what a shape covers; may be repeated.", Panel.WHERE, metavar="NAME=FACTOR"),
     ] = None,
     pilot_spp: Annotated[
-        int | None,
-        typer.Option(help="Samples that look first, and pilot rays, per pixel.", rich_help_panel=Panel.WHERE),
+        int | None, advanced("Samples that look first, and pilot rays, per pixel.", Panel.WHERE, metavar="N")
     ] = None,
     min_spp: Annotated[
-        int | None, typer.Option(help="Least samples of any pixel.", rich_help_panel=Panel.WHERE)
+        int | None, advanced("Least samples of any pixel. (an eighth of spp)", Panel.WHERE, metavar="N")
     ] = None,
-    max_spp: Annotated[int | None, typer.Option(help="Most samples of any pixel.", rich_help_panel=Panel.WHERE)] = None,
+    max_spp: Annotated[
+        int | None, advanced("Most samples of any pixel. (32 times spp)", Panel.WHERE, metavar="N")
+    ] = None,
     cost: Annotated[
         str | None,
-        typer.Option(help="Cost of a sample: by its rays, or none for equal. (none)", rich_help_panel=Panel.WHERE),
+        advanced("Cost of a sample: by its rays, or none for equal. (none)", Panel.WHERE, metavar="rays|none"),
     ] = None,
     block: Annotated[
-        int | None, typer.Option(help="Side of the blocks of ID complexity. [1]", rich_help_panel=Panel.WHERE)
+        int | None, advanced("Side of the blocks of ID complexity. [1]", Panel.WHERE, metavar="PIXELS")
     ] = None,
     unbiased: Annotated[
-        bool | None,
-        typer.Option("--unbiased", help="Leave samples that decide out of the picture.", rich_help_panel=Panel.WHERE),
+        bool | None, advanced("Leave samples that decide out of the picture.", Panel.WHERE, name="--unbiased")
     ] = None,
     guide: Annotated[
         bool | None,
-        typer.Option(
-            "--guide/--no-guide", help="Learn which lights matter. (where it may pay)", rich_help_panel=Panel.WHERE
-        ),
+        advanced("Learn which lights matter. (where it may pay)", Panel.WHERE, name="--guide/--no-guide"),
     ] = None,
-    memory: Annotated[float | None, typer.Option(help="Most memory to use, in GiB.")] = None,
+    seed: Annotated[
+        int | None, typer.Option(help="Seed of the samples. [0]", metavar="N", rich_help_panel=Panel.WHERE)
+    ] = None,
     workers: options.Workers = None,
+    scheduler: Annotated[
+        str | None, advanced("Dask scheduler, or the file that it has left.", Panel.WHO, metavar="ADDRESS")
+    ] = None,
     part: Annotated[
-        str | None, typer.Option(help='"3/8": the third of eight parts, for merge.', rich_help_panel=Panel.WHO)
+        str | None, advanced('"3/8": the third of eight parts, for merge.', Panel.WHO, metavar="PART")
     ] = None,
-    scheduler: options.Scheduler = None,
-    live: Annotated[Path | None, typer.Option(help="PNG that shows the picture while it renders.")] = None,
-    tev: Annotated[str | None, typer.Option(help="host:port of a tev viewer that shows it, too.")] = None,
-    features: Annotated[
-        bool | None, typer.Option("--features", help="Write albedo, normal, depth and numbers of shapes, too.")
-    ] = None,
-    denoise: Annotated[
-        bool | None, typer.Option("--denoise", help="Take out the noise (Open Image Denoise); keep it as a layer.")
-    ] = None,
-    layers: options.Layers = None,
-    overwrite: options.Overwrite = False,
-    quiet: options.Quiet = False,
-    as_json: options.AsJson = False,
 ) -> None:
     """Render a scene adaptively, until --spp, --noise or --time is reached, whichever comes first.
 
-    --noise 0.05 means: 95 of 100 pixels (--noise-share) are estimated to be
-    off by at most 5 % of their brightness, or with --objective display by
-    0.05 of what a screen shows. Ctrl-C and SIGTERM stop after the current
-    pass and keep what there is: picture, marked as such, and checkpoint.
+    --noise 0.05 means: 95 of 100 pixels are estimated to be off by at most
+    5 % of their brightness (with --objective display, of what a screen
+    shows). Ctrl-C stops and keeps what there is, picture and checkpoint.
 
-    Example: tracer render scene.xml -o out.exr --noise 0.05 --time 600 --checkpoint out.ckpt
+    Example: tracer render scene.xml --noise 0.05 --time 600
     """
     given = {name: value for name, value in options.given(context).items() if name not in OWN}
     if shape_weight:
@@ -144,10 +155,7 @@ def render(
     from tracer.cli.progress import watch
     from tracer.cli.startup import STARTED
     from tracer.errors import WriteError
-    from tracer.jobs.job import make_job
-    from tracer.jobs.run import perform
 
-    job = make_job(given, config)
     any_unwritten = False
 
     def tell(sentence: str) -> None:
@@ -155,7 +163,12 @@ def render(
             typer.echo(sentence, err=True)
 
     with watch("Rendering", quiet or as_json) as progress:
-        for picture, result in perform(job, progress, STARTED, tell):
+        progress.stage("Starting Mitsuba")
+        from tracer.jobs.job import make_job
+        from tracer.jobs.run import perform
+
+        job = make_job(given, config)
+        for picture, result in perform(job, progress, STARTED, tell, progress.stage):
             progress.clear()
             report = result.report
             if as_json:
@@ -184,8 +197,9 @@ def in_words(result: Any) -> str:
 
     report = result.report
     height, width = result.image.shape[:2]
-    text = f"{width} x {height}, {result.samples.min()} to {result.samples.max()} samples per pixel"
-    text += f" ({mean_count(result.samples.mean())} on average), {result.seconds:.1f} s"
+    least, most, mean = result.samples.min(), result.samples.max(), mean_count(result.samples.mean())
+    samples = f"{least}" if least == most else f"{mean} ({least} to {most})"
+    text = f"{width} x {height}, {samples} samples per pixel, {result.seconds:.1f} s"
     if report.converged is not None:
         text += f"; {percent(report.converged, 1)} % converged"
         text += f" ({100 * report.settings.noise_share:g} % within {report.noise:.3g})"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import textwrap
 from collections.abc import Sequence
 
 from rich import box
@@ -16,19 +17,58 @@ from tracer.study.tables import CLOSE_MARK, HEADINGS, bounds, cells, measured
 SHOWN = ("method", "relMSE", "SSIM", "FLIP", "seconds", "gain, samples", "gain, time")
 """Headings of the columns that the terminal shows; the files have all columns."""
 
+METHOD_WIDTH = 12
+"""Characters of a line of a method's name where a table is wider than the terminal."""
+
 
 def simple_table(headings: Sequence[str], lines: Sequence[Sequence[str]], title: str | None = None) -> None:
-    """Print a table without a frame. Only columns of gains and of file names may wrap."""
+    """Print a table without a frame, so that a terminal of 80 columns shows all of a study's table.
+
+    Only gains, methods and file names may wrap: gains before their intervals, methods between words.
+    """
+    console = Console(markup=False)
     table = Table(
-        title=title and Text(title), title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0)
+        title=title and Text(title),
+        title_justify="left",
+        box=box.SIMPLE_HEAD,
+        show_edge=False,
+        pad_edge=False,
+        padding=(0, 1, 0, 0),
     )
     for heading in headings:
-        is_gain = heading.startswith("gain")
-        wraps = is_gain or heading == "picture"
-        table.add_column(heading, no_wrap=not wraps, min_width=7 if is_gain else None, overflow="fold")
-    for line in lines:
+        table.add_column(heading, no_wrap=heading != "picture", overflow="fold")
+    for line in narrowed(headings, lines, console.width):
         table.add_row(*(Text(cell) for cell in line))
-    Console(markup=False).print(table)
+    console.print(table)
+    console.print()
+
+
+def narrowed(headings: Sequence[str], lines: Sequence[Sequence[str]], width: int) -> list[list[str]]:
+    """Return the cells of a table, with line breaks in gains, and then in methods, where it is wider than ``width``."""
+    cells_of_lines = [list(line) for line in lines]
+    for breaks in (break_gain, break_method):
+        if table_width(headings, cells_of_lines) <= width:
+            break
+        cells_of_lines = [
+            [breaks(heading, cell) for heading, cell in zip(headings, line, strict=True)] for line in cells_of_lines
+        ]
+    return cells_of_lines
+
+
+def table_width(headings: Sequence[str], lines: Sequence[Sequence[str]]) -> int:
+    """Return the characters that a table is wide, with two between columns."""
+    columns = zip(headings, *lines, strict=True)
+    return sum(2 + max(len(part) for cell in column for part in cell.split("\n")) for column in columns) - 2
+
+
+def break_gain(heading: str, cell: str) -> str:
+    """Return the cell with its interval in a line of its own, if it is a gain."""
+    return cell.replace(" [", "\n[", 1) if heading.startswith("gain") else cell
+
+
+def break_method(heading: str, cell: str) -> str:
+    """Return the cell with a line for every few words, if it is a method."""
+    return "\n".join(textwrap.wrap(cell, METHOD_WIDTH)) if heading == "method" else cell
 
 
 def study_tables(results: Results) -> None:

@@ -12,6 +12,7 @@ from tracer.errors import SettingsError, StudyError
 
 if TYPE_CHECKING:
     from tracer.study.plan import Plan
+    from tracer.study.results import Results
 
 
 def study(
@@ -45,13 +46,14 @@ def study(
     measure(find_plan(plan, folder), output, overwrite, quiet, workers or scheduler)
 
 
-def measure(plan: Plan, output: Path, overwrite: bool, quiet: bool, cluster: int | str | None = None) -> None:
-    """Run a plan, showing progress, and print its tables. Raises StudyError if any cell failed."""
+def measure(plan: Plan, output: Path, overwrite: bool, quiet: bool, cluster: int | str | None = None) -> Results:
+    """Run a plan, showing progress, print its tables, and return them. Raises StudyError if any cell failed."""
     from tracer.cli.progress import steps
     from tracer.cli.show import study_tables
     from tracer.study.run import run_study
 
     with steps(quiet) as progress:
+        progress.begin("Opening the scenes")
         results = run_study(plan, output, progress, overwrite, cluster)
     if not quiet:
         study_tables(results)
@@ -61,3 +63,4 @@ def measure(plan: Plan, output: Path, overwrite: bool, quiet: bool, cluster: int
             f"{len(results.failures)} of {len(results.failures) + len(results.measurements)} cells failed, first "
             f"{first.method} on {first.scene}: {first.message.rstrip('.')}; run the same command to try them again."
         )
+    return results

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import importlib
-import importlib.util
 import inspect
 import pkgutil
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
@@ -16,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from tracer.core.arrays import Floats
+from tracer.core.own_code import explaining
 from tracer.errors import SettingsError
 
 if TYPE_CHECKING:
@@ -81,11 +80,30 @@ class Criterion:
         module = self.importance.__module__
         return module.startswith(f"{__name__.rpartition('.')[0]}.") and module != __name__
 
+    def evaluate(self, evidence: Evidence) -> Floats:
+        """Return the importance of each pixel (H, W).
+
+        Raises SettingsError, in one sentence, if a person's criterion returns no importance, or if one from a file that
+        was named fails, with the line; the failure of a function that was passed from Python is raised as it is.
+        """
+        if self.is_built_in:
+            return np.asarray(self.importance(evidence), np.float64)
+        if self.name not in files:
+            values = self.importance(evidence)
+        else:
+            with explaining(files[self.name]):
+                values = self.importance(evidence)
+        return require_importance(self.name, values, evidence.wanted.shape)
+
 
 registered: dict[str, Criterion] = {}
 """Registered criteria by name."""
 functions: dict[str, Criterion] = {}
-"""Functions of callers that are not registered, by the name that ``name_of`` gave them."""
+"""Criteria of callers that are not registered, by the name that ``name_of`` gave them."""
+files: dict[str, Path] = {}
+"""Files from which criteria were read, by the names of the criteria."""
+FILE_ENDING = ".py"
+"""End of the name of a file that defines a criterion."""
 
 
 def criterion(
@@ -111,49 +129,14 @@ def import_all() -> None:
         importlib.import_module(f"{package}.{module.name}")
 
 
-def import_file(path: Path) -> None:
-    """Run a Python file that registers criteria of its own. Raises whatever it raises."""
-    from tracer.core.threads import for_files
-
-    import_all()
-    specification = importlib.util.spec_from_file_location(f"tracer_criteria_{path.stem}", path)
-    assert specification is not None
-    assert specification.loader is not None
-    module = importlib.util.module_from_spec(specification)
-    sys.modules[specification.name] = module  # where dataclasses look for it
-    with for_files():
-        specification.loader.exec_module(module)
-
-
-def name_of(criterion: Any) -> Any:
-    """Return the name by which ``get`` finds a criterion; anything but a function is returned as it is.
-
-    A function that is not registered is taken to learn from radiance, and its importance to be the share of samples.
-    """
-    if not callable(criterion):
-        return criterion
-    import_all()
-    registered_name = next((name for name, entry in registered.items() if entry.importance is criterion), None)
-    if registered_name is not None:
-        return registered_name
-    name = f"function {getattr(criterion, '__qualname__', type(criterion).__qualname__)}"
-    functions[name] = Criterion(name, checked(name, criterion), needs_radiance=True, spends="share")
-    return name
-
-
-def checked(name: str, function: Callable[[Evidence], Floats]) -> Callable[[Evidence], Floats]:
-    """Return a caller's function that raises SettingsError if its result is no importance."""
-
-    def importance(evidence: Evidence) -> Floats:
-        values, shape = function(evidence), evidence.wanted.shape
-        if not (is_numbers(values) and values.shape == shape and np.all(values >= 0)):
-            raise SettingsError(
-                f"criterion: {name} must return an importance >= 0 for every pixel, an array of shape {shape} "
-                f"(was {described(values)})."
-            )
-        return values.astype(np.float64)
-
-    return importance
+def require_importance(name: str, values: Any, shape: tuple[int, ...]) -> Floats:
+    """Return what a person's criterion returned, as float64. Raises SettingsError if it is no importance."""
+    if not (is_numbers(values) and values.shape == shape and np.all(values >= 0)):
+        raise SettingsError(
+            f"criterion: {name} must return an importance >= 0 for every pixel, an array of shape {shape} "
+            f"(was {described(values)})."
+        )
+    return values.astype(np.float64)
 
 
 def is_numbers(values: Any) -> bool:

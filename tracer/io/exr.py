@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,13 @@ Window = tuple[int, int, int, int]
 """x and y of the pixels within a picture, and width and height of the picture."""
 Chosen = Literal["all", "rgb"]
 """Which layers are written: all of them, or the picture's colours alone."""
+
+
+def chosen_layers(name: str | None) -> Chosen:
+    """Return the choice of a person, "all" where there is none. Raises OutputError."""
+    if name is not None and name not in get_args(Chosen):
+        raise OutputError(f"layers: write all or rgb (was {name!r}).")
+    return "rgb" if name == "rgb" else "all"
 
 
 def layers_of(channels: Iterable[str]) -> set[str]:

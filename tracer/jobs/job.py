@@ -12,7 +12,9 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
+from tracer import criteria
 from tracer.core.suggest import did_you_mean
+from tracer.criteria.registry import FILE_ENDING
 from tracer.errors import OutputError, SettingsError
 from tracer.io import atomic
 from tracer.scene.loaded import LoadedScene
@@ -171,12 +173,17 @@ def frame_numbers(text: str) -> list[int]:
 def make_job(given: dict[str, Any], configuration: Path | None = None) -> Job:
     """Return a checked job from the options of the command line; a TOML file gives the options that it leaves out.
 
-    Paths in the configuration are relative to its folder. Raises SettingsError with one sentence.
+    Paths in the configuration are relative to its folder. Without an output, the picture is written into the working
+    folder under the name of the scene, as Mitsuba does. Raises SettingsError with one sentence.
     """
     job_fields = [name for name in Job.model_fields if name != "settings"]
     option_names = [*job_fields, *Settings.model_fields]
     values = {} if configuration is None else read_configuration(configuration, option_names)
     values |= {name: value for name, value in given.items() if value is not None}
+    if "part" not in values and "scene" in values:  # a part is for a merge, which writes the picture
+        values.setdefault("output", Path(f"{Path(values['scene']).stem}.exr"))
+    if "criterion" in values:
+        values["criterion"] = criteria.name_of(values["criterion"])
     settings = {name: value for name, value in values.items() if name in Settings.model_fields}
     try:
         return Job(**{name: values[name] for name in job_fields if name in values}, settings=settings)
@@ -204,9 +211,14 @@ def read_configuration(path: Path, option_names: list[str]) -> dict[str, Any]:
         if name not in option_names or name in ("scene", "output"):
             raise SettingsError(f"'{path}': there is no option '{name}'{did_you_mean(name, option_names)}")
     return {
-        name: str(path.parent / value) if name in FILES and isinstance(value, str) else value
+        name: str(path.parent / value) if isinstance(value, str) and is_path(name, value) else value
         for name, value in values.items()
     }
+
+
+def is_path(name: str, text: str) -> bool:
+    """Return whether the value of an option in a configuration is a path."""
+    return name in FILES or (name == "criterion" and text.endswith(FILE_ENDING))
 
 
 def pictures_of(job: Job, sensors: int) -> Iterator[JobPicture]:

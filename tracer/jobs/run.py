@@ -26,12 +26,17 @@ from tracer.viewpoint.showcase import is_mesh_file, require_scene_file, showcase
 
 
 def perform(
-    job: Job, progress: ProgressCallback | None = None, started: float | None = None, tell: Tell = silent
+    job: Job,
+    progress: ProgressCallback | None = None,
+    started: float | None = None,
+    tell: Tell = silent,
+    stage: Tell = silent,
 ) -> Iterator[tuple[JobPicture, Result]]:
     """Yield each picture and its result as soon as it is written; a picture that a person has stopped is the last.
 
     ``started``: as for ``tracer.render``, for the first picture. ``tell`` is called with a remark before a large job
-    begins. Mistakes are looked for before the first ray, as far as possible. Raises the errors of ``tracer.errors``.
+    begins, and ``stage`` as in ``Request``. Mistakes are looked for before the first ray, as far as possible. Raises
+    the errors of ``tracer.errors``.
     """
     check_settings(**job.settings)
     checkpoint_file(job.checkpoint, job.checkpoint_every, job.resume, job.overwrite)  # refuses to resume from nothing
@@ -42,10 +47,12 @@ def perform(
     backend.activate(job.variant)
     if job.workers or job.scheduler:
         require_scene_file(job.scene)
+    if job.workers or job.scheduler:
+        stage("Waiting for workers")
     with hired(job.workers or job.scheduler) as workers:
-        for picture, scene in pictures_with_scenes(job):
+        for picture, scene in pictures_with_scenes(job, stage):
             request = request_for(job, picture, scene)
-            request = replace(request, progress=progress, remark=tell, workers=workers, started=started)
+            request = replace(request, progress=progress, remark=tell, stage=stage, workers=workers, started=started)
             result = render_picture(job, picture, request)
             started = None
             yield picture, result
@@ -53,10 +60,11 @@ def perform(
                 return
 
 
-def pictures_with_scenes(job: Job) -> Iterator[tuple[JobPicture, LoadedScene]]:
+def pictures_with_scenes(job: Job, stage: Tell = silent) -> Iterator[tuple[JobPicture, LoadedScene]]:
     """Yield the pictures of a job with their scenes; successive pictures of the same scene share the loaded scene."""
     for (path, define), _ in itertools.groupby(pictures_of(job, 1), lambda picture: (picture.scene, picture.define)):
-        scene = showcase(path) if is_mesh_file(path) else load_scene(path, define)
+        stage(f"Opening {path.name}")
+        scene = showcase(Path(path)) if is_mesh_file(path) else load_scene(path, define)
         pictures_of_scene_files = pictures_of(job, len(scene.scene.sensors()))
         pictures = [picture for picture in pictures_of_scene_files if (picture.scene, picture.define) == (path, define)]
         check_outputs(pictures, job)

@@ -29,6 +29,8 @@ Size = int | tuple[int, int] | None
 ABORTING = {"StokesIntegrator": "stokes"}
 """Plugin names of the integrators whose ``sample``, called from Python, ends the process, by class. All integrators of
 Mitsuba 3.9 and combinations of them were tried in every variant; only these do."""
+SILENT_SPP = 4
+"""Samples per pixel of Mitsuba's samplers where a scene says nothing."""
 MOST_SIDE, MOST_PIXELS = 2**20, 2**28
 """Largest side of a film, and most pixels that are rendered at once: float32 coordinates and 32-bit indices reach no
 further."""
@@ -51,6 +53,12 @@ class View(Frame):
     def film(self) -> Any:
         """The film of the sensor."""
         return self.sensor.film()
+
+    @property
+    def asked_spp(self) -> int | None:
+        """Samples per pixel that the scene's sampler has; None for SILENT_SPP, which most likely nobody chose."""
+        count = int(self.sensor.sampler().sample_count())
+        return None if count == SILENT_SPP else count
 
     @cached_property
     def size(self) -> tuple[int, int]:  # type: ignore[override]

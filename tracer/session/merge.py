@@ -20,7 +20,8 @@ from tracer.film import bias
 from tracer.film.bias import UnbiasedMean, mean_at_the_end
 from tracer.film.estimate import Estimate, Statistics, require_sums_of
 from tracer.film.features import Features
-from tracer.result import Report, Result
+from tracer.report import Report
+from tracer.result import Result
 from tracer.scene.frame import PlainFrame
 from tracer.session import checkpoint
 from tracer.session.checkpoint import Checkpoint, differences

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from tracer.core import stopwatch
 from tracer.core.arrays import Counts
 from tracer.core.stopwatch import NO_TIME, Seconds
-from tracer.result import Report, Round
+from tracer.report import Report, Round
 from tracer.session.local_drawer import Pass
 from tracer.session.state import State
 

@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
+from typing import Any
 
 import drjit as dr
 import numpy as np
@@ -16,10 +17,11 @@ from tracer.adaptive.schedule import Schedule
 from tracer.adaptive.stopping import Clock
 from tracer.denoising.oidn import load as load_denoiser
 from tracer.denoising.postprocess import draw_denoising_features
-from tracer.errors import ClusterError
+from tracer.errors import ClusterError, SettingsError
 from tracer.guiding.effort import MOST_PATHS
 from tracer.io import exr
-from tracer.result import Report, Result
+from tracer.report import Report
+from tracer.result import Result
 from tracer.sampling.samples import make_sampler
 from tracer.scene.loaded import LoadedScene
 from tracer.scene.view import View, open_scene
@@ -27,7 +29,7 @@ from tracer.session import memory
 from tracer.session.checkpoint import was_guided
 from tracer.session.develop import finish
 from tracer.session.first_look import FirstLook
-from tracer.session.guidance import Terms, begin_guided, choose_by, with_guide
+from tracer.session.guidance import Terms, begin_guided, choose_by, is_guided, with_guide
 from tracer.session.keeper import make_keeper
 from tracer.session.local_drawer import Drawer, DrawerFor, LocalDrawer
 from tracer.session.output import write_picture
@@ -38,7 +40,7 @@ from tracer.session.render_loop import Rendering
 from tracer.session.request import Request, check_files, scene_hash_of
 from tracer.session.shards import settings_of_part
 from tracer.session.state import State
-from tracer.settings import Settings, make_settings
+from tracer.settings import OPEN_SPP, Settings, make_settings
 
 FEATURE_SECONDS, DENOISE_SECONDS = 6e-6, 4e-6
 """Seconds per pixel that drawing features and denoising take, kept back for the end where time is limited."""
@@ -52,12 +54,14 @@ def render_request(request: Request) -> Result:
     started = time.perf_counter() if request.started is None else request.started
     check_files(request)
     scene_hash = scene_hash_of(request)
+    request.stage("Opening the scene")
     drawer_for = None if request.workers is None else request.workers(request, scene_hash)
     with open_view(request) as view:
         with begun(request, view, scene_hash, drawer_for, started) as rendering:
             result, keeper = complete(rendering, request), rendering.keeper
         del rendering  # its sums: writing takes memory of its own
     if request.picture is not None:
+        request.stage(f"Writing {request.picture.path.name}")
         write_picture(request.picture, result, scene_hash, keeper)
     return result
 
@@ -99,6 +103,7 @@ def begun(
         exr.check_channels(view.channels)
     if request.denoise:
         load_denoiser()  # before the work, not after
+    request.stage("Taking a first look")
     needed = memory.need(view, settings, request.features, request.denoise, file is not None)
     with dr.suspend_grad(), closing(make_drawer(request, view, settings, needed, drawer_for)) as drawer:
         remarks: list[str] = []
@@ -113,14 +118,18 @@ def begun(
             state.plan_anew(schedule.budget)
         state.meter.counted = (weights > 0)[view.inner] if np.any(weights == 0) else None
         recorder.begin(state, remarks)
+        if is_guided(view):
+            request.stage("Learning which lights matter where")
         begin_guided(view, settings, recorder, state, terms_of_learning(request, needed))
         if keeper is not None and state.features is None:
+            request.stage("Looking at albedo, normal and depth")
             with recorder.timing("seconds_features"):
                 state.features = draw_denoising_features(view, make_sampler(), settings.seed)
         planner = Planner(view, settings, criterion, weights, FirstLook(view, settings, recorder), recorder)
         if criterion.needs_radiance and len(schedule.goals) == 1:
             recorder.report.note(schedule.why_uniform())
         reporter = ProgressReporter(request.progress, schedule, recorder)
+        request.stage("Compiling the scene")
         try:
             yield Rendering(view, state, planner, drawer, schedule, keeper, reporter, recorder)
         finally:
@@ -131,6 +140,7 @@ def complete(rendering: Rendering, request: Request) -> Result:
     """Run a render that has begun to its end. Raises ClusterError, which says what is kept, if workers fail."""
     try:
         rendering.run()
+        request.stage("Taking out the noise" if request.denoise else "Developing the picture")
         return finish(rendering, request.features, request.denoise)
     except ClusterError as error:
         raise type(error)(f"{error} {rendering.what_is_kept()}") from None
@@ -139,11 +149,20 @@ def complete(rendering: Rendering, request: Request) -> Result:
 def settings_of(request: Request, view: View) -> tuple[Settings, str]:
     """Return the settings of a render, and what its samples are called in a checkpoint. Raises SettingsError."""
     given = request.settings
-    settings = given if isinstance(given, Settings) else make_settings(**{**view.settings, **given})
+    settings = (
+        given if isinstance(given, Settings) else make_settings(**with_spp_of_scene({**view.settings, **given}, view))
+    )
     if request.part is None:
         return settings, f"seed {settings.seed}"
     part = make_settings(**{**settings.model_dump(), **settings_of_part(settings, request.part)})
     return part, request.part.source(settings.seed)
+
+
+def with_spp_of_scene(given: dict[str, Any], view: View) -> dict[str, Any]:
+    """Return settings that are given, with the samples of the scene's sampler if nothing given says when to stop."""
+    if view.asked_spp is None or any(given.get(name) is not None for name in ("spp", *OPEN_SPP)):
+        return given
+    return {**given, "spp": view.asked_spp}
 
 
 def terms_of_learning(request: Request, needed: memory.Need) -> Terms:
@@ -161,6 +180,11 @@ def make_drawer(
         request.remark(memory.in_words(needed, largest_pass))
     criterion = criteria.get(settings.criterion)
     if drawer_for is not None:
+        if criterion.moments is not None and not criterion.is_built_in:
+            raise SettingsError(
+                f"The criterion '{criterion.name}' measures samples as they are drawn, which workers cannot do for a "
+                "criterion that does not come with tracer: render without workers."
+            )
         return drawer_for(view, criterion, largest_pass)
     return LocalDrawer(view, criterion.moments, largest_pass, keep=was_open(request))
 

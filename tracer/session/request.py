@@ -60,7 +60,7 @@ class Request:
     """Path of a scene file, dictionary, ``mi.Scene``, ``LoadedScene``, or a ``View`` that is open already."""
     settings: Settings | dict[str, Any] = field(default_factory=dict)
     """All of them, or those that are given; the others are then those of the scene's integrator, if it is
-    ``adaptive``, or the defaults."""
+    ``adaptive``, or the defaults; ``spp`` is that of the scene's sampler, see ``View.asked_spp``."""
 
     sensor: Any = 0
     integrator: Any = None
@@ -87,6 +87,8 @@ class Request:
     progress: ProgressCallback | None = None
     remark: Tell = silent
     """Hears of a large render before it begins, in a sentence for a person."""
+    stage: Tell = silent
+    """Hears what is being done whenever that changes and no samples tell of it, in a few words: "Opening the scene"."""
     checkpoint: CheckpointFile | None = None
     picture: PictureFile | None = None
 

@@ -14,7 +14,7 @@ from tracer.film.bias import UnbiasedMean, mean_at_the_end
 from tracer.film.estimate import Estimate, Statistics
 from tracer.film.features import Features
 from tracer.guiding.table import LightChances
-from tracer.result import Round
+from tracer.report import Round
 from tracer.settings import Settings
 
 Arrays = dict[str, NDArray]

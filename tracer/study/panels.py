@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import BinaryIO
@@ -29,8 +30,9 @@ def write_panels(
     title: str,
     error_top: float | None = None,
     file_format: str = "png",
+    columns: int | None = None,
 ) -> None:
-    """Write panels in a row to a file, each with its caption.
+    """Write panels to a file, each with its caption, in rows of ``columns``; None: all in one row.
 
     Values get a bar of colours, which goes from 0 to ``error_top`` if their scale is linear.
     """
@@ -40,12 +42,14 @@ def write_panels(
     from matplotlib.ticker import LogLocator, NullLocator, ScalarFormatter
 
     height, width = panels[0][1].shape[:2]
-    inches = 3.2
-    figure = Figure(figsize=(inches * len(panels), inches * height / width + 0.95), layout="constrained", dpi=110)
+    inches, columns = 3.2, columns or len(panels)
+    rows = math.ceil(len(panels) / columns)
+    size = (inches * columns, rows * (inches * height / width + 0.6) + 0.35)
+    figure = Figure(figsize=size, layout="constrained", dpi=110)
     FigureCanvasAgg(figure)
     figure.suptitle(title, fontsize=11)
     for k, (caption, values, logarithmic) in enumerate(panels):
-        axes = figure.add_subplot(1, len(panels), k + 1)
+        axes = figure.add_subplot(rows, columns, k + 1)
         axes.set_title(caption, fontsize=9)
         axes.set_axis_off()
         if values.ndim == 3:

@@ -252,9 +252,8 @@ def import_criteria(plan: Plan) -> None:
             raise plan.origin.fault(f"there is no file '{path}'", ("criteria", k), name)
         try:
             criteria.import_file(path)
-        except (Exception, SystemExit) as error:  # the file is a user's program and may raise anything
-            message = f"'{name}' does not run: {type(error).__name__}: {error}"
-            raise plan.origin.fault(" ".join(message.split()), ("criteria", k), name) from None
+        except SettingsError as error:
+            raise plan.origin.fault(str(error), ("criteria", k), name) from None
 
 
 def fields_at(location: Location) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from tracer.image.metrics import Scores
 from tracer.study.cells import Cell, RenderCost
@@ -42,6 +42,8 @@ class Measurement:
     scores: Scores
     too_close: bool
     """Whether the error of the reference is more than the part CLOSE of the cell's, both in relMSE (RMS)."""
+    own: dict[str, float] = field(default_factory=dict)
+    """Values of a person's own metrics, by name; the error of the reference is not subtracted from them."""
 
 
 @dataclass(frozen=True)
@@ -120,6 +122,8 @@ class Row:
     """Whether all times were measured next to the baseline's, in the same run."""
     too_close: bool
     """Whether any of the cells is too close to the reference, see ``Measurement``."""
+    own: dict[str, float] = field(default_factory=dict)
+    """Means of a person's own metrics, by name."""
 
 
 @dataclass(frozen=True)

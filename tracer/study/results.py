@@ -173,6 +173,7 @@ class Results:
             oracle_time_share=share(gains.time.value, most.time) if gains and rated and most.time else None,
             paired=all(entry.took.run == counterpart.took.run for entry, counterpart in pairs),
             too_close=any(entry.too_close for entry in group),
+            own={name: float(np.mean([entry.own[name] for entry in group])) for name in group[0].own},
         )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 
 from tracer.core import backend
-from tracer.image import metrics
-from tracer.image.metrics import Scores
+from tracer.image.metrics import Scores, relative_mse
 from tracer.progress import StepCallback
 from tracer.study import cells, oracle, render_cells
 from tracer.study.cells import Cell, RenderCost
 from tracer.study.check import check_study, count_scenes, one_at_a_time, prepare_output
 from tracer.study.methods import TimedPicture
+from tracer.study.own_metrics import Metric, check_metrics, values_of
 from tracer.study.page.build import require_template_engine, write_page
 from tracer.study.page.scene import ScenePictures, Shown
 from tracer.study.plan import Plan, Scene
@@ -41,7 +41,12 @@ MARGIN = 1.2
 
 
 def run_study(
-    plan: Plan, output: Path, progress: StepCallback | None = None, overwrite: bool = False, cluster: Any = None
+    plan: Plan,
+    output: Path,
+    progress: StepCallback | None = None,
+    overwrite: bool = False,
+    cluster: Any = None,
+    metrics: Mapping[str, Metric] | None = None,
 ) -> Results:
     """Measure all that a plan asks for, write it to the folder ``output`` after every scene, and return it.
 
@@ -49,7 +54,18 @@ def run_study(
     SettingsError or MissingPackageError before the first ray, and KeyboardInterrupt if ``progress`` stops it: all
     finished cells are kept. ``cluster``: workers that render the cells, as in ``tracer.render``; references are
     rendered by this process.
+
+    ``metrics``: functions of your own, by name, from a picture and its reference, both (H, W, 3) float64 in linear
+    sRGB, to a number. Each gets a column in ``results.csv``, an entry in ``results.json``, and in ``results.md`` a
+    table of means over seeds; in Python, ``Row.own`` and ``Measurement.own`` have the values. They are computed anew
+    whenever the study is run, of kept pictures too, so that a study that is finished can be given another metric::
+
+        def worst(picture, reference):
+            return abs(picture - reference).max()
+
+        results = run_study(plan, Path("mine"), metrics={"worst": worst})
     """
+    check_metrics(metrics or {})
     require_template_engine()
     backend.activate()
     scenes = plan.find_scenes()
@@ -57,14 +73,13 @@ def run_study(
     with one_at_a_time(output):
         prepare_output(plan, output, overwrite)
         if cluster is None:
-            return Study(plan, scenes, output, progress).run()
+            return Study(plan, scenes, output, progress, metrics=metrics).run()
         from tracer.cluster.connection import open_connection
         from tracer.study import render_cells_remote
 
         with open_connection(cluster) as connection:
-            return Study(
-                plan, scenes, output, progress, partial(render_cells_remote.render_cells, connection=connection)
-            ).run()
+            render_scene = partial(render_cells_remote.render_cells, connection=connection)
+            return Study(plan, scenes, output, progress, render_scene, metrics).run()
 
 
 class Study:
@@ -77,7 +92,9 @@ class Study:
         output: Path,
         progress: StepCallback | None,
         render_scene: Callable[..., list[Failure]] = render_cells.render_cells,
+        metrics: Mapping[str, Metric] | None = None,
     ) -> None:
+        self.metrics = metrics or {}
         self.render_scene = render_scene
         self.plan, self.scenes, self.output, self.progress = plan, scenes, output, progress
         self.run_id = f"{datetime.datetime.now(datetime.UTC):%Y-%m-%dT%H:%M:%S}-{os.getpid()}"
@@ -146,7 +163,8 @@ class Study:
             self.tell(f"{scene.name}: scores", k, len(usable))
             scores = self.book.scores(cell, picture.image, reference)
             too_close = CLOSE**2 * scores.relative_mse < facts.reference_relative_mse
-            measured.append(Measurement(cell, took, without_error_of(reference, scores), too_close))
+            own = values_of(self.metrics, picture.image, reference.image)
+            measured.append(Measurement(cell, took, without_error_of(reference, scores), too_close, own))
         self.book.save()
         self.results.scenes.append(facts)
         self.results.measurements += measured
@@ -179,7 +197,7 @@ class Study:
         spp = min(self.plan.reference_spp, 4 * int(max([64, *self.plan.spp])))
         while True:
             reference = self.reference(scene, spp)
-            smallest = min(metrics.relative_mse(image, reference.image) for image in images)
+            smallest = min(relative_mse(image, reference.image) for image in images)
             ratio = reference.relative_mse / max(CLOSE**2 * smallest, 1e-30)
             if ratio <= 1 or reference.spp >= self.plan.reference_spp:
                 return reference

@@ -25,6 +25,7 @@ DECIDING = (
     "denoising",
     "session",
     "settings.py",
+    "report.py",
     "result.py",
 )
 """Folders and files of the package that pixels depend on, besides the plugins and the criterion of the method."""

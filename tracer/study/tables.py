@@ -101,11 +101,20 @@ def markdown(results: Results) -> str:
         if (denoised := denoising(results, budget)) is not None:
             parts += [f"## Denoised over noisy, {budget}\n", denoised]
         parts += [f"## Seconds, {budget}\n", seconds([row for row in rows if row.budget == budget])]
+    if rows and rows[0].own:
+        parts += ["## Own metrics\n", own_metrics(rows)]
     parts += ["## References\n", references(results)]
     if results.failures:
         parts += ["## Failed\n", failed(results)]
     parts += ["## All\n", markdown_table(HEADINGS, [cells(row) for row in rows]), legend(results)]
     return "\n".join(parts)
+
+
+def own_metrics(rows: Sequence[Row]) -> str:
+    """Return the means of a person's own metrics: a line per scene, budget and method, and a column per metric."""
+    headings = ["scene", "budget", "method", *rows[0].own]
+    lines = [[row.scene, row.budget, row.method, *(f"{value:.4g}" for value in row.own.values())] for row in rows]
+    return markdown_table(headings, lines)
 
 
 def gains(results: Results, rows: Sequence[Row], means: Sequence[Mean], budget: str) -> str:

@@ -14,8 +14,8 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
+from tracer.core.version import version
 from tracer.io import atomic
-from tracer.session.output import version
 from tracer.study.records import SCORES, Measurement
 from tracer.study.results import Results
 from tracer.study.tables import markdown
@@ -91,6 +91,7 @@ def flat(measurement: Measurement) -> dict[str, Any]:
         "machine": took.machine,
         **{name: getattr(measurement.scores, name) for name in SCORES},
         "too_close": measurement.too_close,
+        **measurement.own,
     }
 
 

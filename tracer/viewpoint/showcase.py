@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 import mitsuba as mi
 import numpy as np
@@ -32,7 +32,7 @@ VERSION = b"showcase 1"
 """Changes when other pictures are made of the same file, which a checkpoint must notice."""
 
 
-def is_mesh_file(source: Any) -> bool:
+def is_mesh_file(source: Any) -> TypeGuard[str | Path]:
     """Return whether a scene is given as the path of a mesh file."""
     return isinstance(source, str | Path) and Path(source).suffix.lower() in mesh_files.SUFFIXES
 

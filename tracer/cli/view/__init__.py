@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import typer
 
-from tracer.cli.view import best, complexity_map, cover, measure, tour
+from tracer.cli.view import best, common, complexity_map, cover, measure, tour
 
 app = typer.Typer(help="Find good views of a scene, mesh or molecule.", no_args_is_help=True)
 COMMANDS: dict[str, Callable[..., None]] = {
@@ -17,3 +17,5 @@ COMMANDS: dict[str, Callable[..., None]] = {
     "cover": cover.cover,
 }
 """These are the commands ``view ...`` by name."""
+EPILOGS = dict.fromkeys(("measure", "best", "tour"), f"Measures: {common.MEASURES}")
+"""Texts below the help of commands."""

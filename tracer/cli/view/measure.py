@@ -14,7 +14,7 @@ def measure(
     view: common.ViewOptions,
     measures: Annotated[
         list[str] | None,
-        typer.Option("--measure", "-m", help="A measure; may be given several times. (all that can be measured)"),
+        typer.Option("--measure", "-m", metavar="NAME", help="A measure, a name below; may be repeated. (all)"),
     ] = None,
     level: common.Level = 2,
 ) -> None:
