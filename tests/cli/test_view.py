@@ -336,3 +336,30 @@ def test_a_molecule_from_another(scene, tmp_path):
     with pytest.raises(TracerError, match="is none by its name"):
         call("best", tmp_path / "far.xyz", "--from", scene, "-o", tmp_path / "none", "-q")
     assert not (tmp_path / "none").exists()
+
+
+def test_molecules_are_shown_as_asked(tmp_path):
+    """Two bonds of water are drawn, and count if they are asked to; far places are told in the report."""
+    path = tmp_path / "water.xyz"
+    path.write_text("3\n\nO 1e7 0 0\nH 10000000.76 0.59 0\nH 9999999.24 0.59 0\n")
+    few = ["--search", "paper", "-m", "visible", "--side", 64]
+    said = call("best", path, "-o", tmp_path / "drawn", *few)
+    assert "2 bonds are drawn; they hide what is behind them and count as background" in said
+    report = json.loads((tmp_path / "drawn" / "best.json").read_text())
+    assert report["value"] == 3
+    assert report["origin"] == pytest.approx([1e7, 0.295, 0])
+    assert np.abs(report["eye"]).max() < 100
+    said = call("best", path, "-o", tmp_path / "counted", "--count-bonds", *few)
+    assert "2 bonds are drawn, and count as surfaces" in said
+    assert json.loads((tmp_path / "counted" / "best.json").read_text())["value"] == 5
+    assert "bonds" not in call("best", path, "-o", tmp_path / "full", "--style", "space-filling", *few)
+    red = [np.mean(picture(tmp_path / name / "best.png") @ [1, -1, 0] > 0.3) for name in ("drawn", "full")]
+    assert red[1] > 2 * red[0] > 0
+    for more, sentence in (
+        (["--style", "sticks"], "Unknown style 'sticks'; choose one of ball-and-stick, space-filling."),
+        (["--style", "space-filling", "--count-bonds"], "no bonds to count"),
+        (["--model", "2"], "PDB and mmCIF files have models"),
+    ):
+        with pytest.raises(TracerError, match=sentence):
+            call("best", path, *more, "-o", tmp_path / "none", "-q")
+    assert not (tmp_path / "none").exists()
