@@ -353,8 +353,9 @@ def test_molecules_are_shown_as_asked(tmp_path):
     assert "2 bonds are drawn, and count as surfaces" in said
     assert json.loads((tmp_path / "counted" / "best.json").read_text())["value"] == 5
     assert "bonds" not in call("best", path, "-o", tmp_path / "full", "--style", "space-filling", *few)
-    red = [np.mean(picture(tmp_path / name / "best.png") @ [1, -1, 0] > 0.3) for name in ("drawn", "full")]
-    assert red[1] > 2 * red[0] > 0
+    pictures = [picture(tmp_path / name / "best.png") for name in ("drawn", "full")]
+    filled = [np.mean(np.abs(shown - shown[0, 0]).max(axis=-1) > 0.02) for shown in pictures]
+    assert filled[1] > 1.3 * filled[0] > 0
     for more, sentence in (
         (["--style", "sticks"], "Unknown style 'sticks'; choose one of ball-and-stick, space-filling."),
         (["--style", "space-filling", "--count-bonds"], "no bonds to count"),
