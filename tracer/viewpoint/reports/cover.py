@@ -20,7 +20,7 @@ ACROSS = 4
 
 
 def cover_report(
-    context: ViewContext, level: int, quality: float, rule: Rule, most: int | None, enough: float
+    context: ViewContext, level: int, quality: float, rule: Rule, most: int | None, enough: float, gain: float = 0.0
 ) -> tuple[list[list[str]], Cover]:
     """Write ``FILES``; return the lines of the table under ``HEADINGS``, and the set of views."""
     directions, triangles = icosphere(level)
@@ -34,6 +34,7 @@ def cover_report(
         rule,
         most,
         enough,
+        gain,
         told=lambda count, covered: context.say(f"{count} views", round(1000 * covered), 1000),
     )
     require_sight(len(view_set.unseen) < context.opened.subject.count)
