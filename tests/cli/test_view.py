@@ -106,6 +106,13 @@ def test_tour_makes_a_film(scene, tmp_path):
     assert not np.array_equal(picture(out / "frame0000.png"), picture(out / "frame0004.png"))
 
 
+def test_tour_makes_a_video(scene, tmp_path):
+    few = ["--steps", 2, "--frames", 3, "--size", 33, "--film", "turn.mp4"]
+    call("tour", scene, "-o", tmp_path / "out", *few, *FEW)
+    assert (tmp_path / "out" / "turn.mp4").read_bytes()[4:8] == b"ftyp"
+    assert not (tmp_path / "out" / "tour.webp").exists()
+
+
 def test_a_shorter_tour_leaves_no_frames_of_a_longer_one(scene, tmp_path):
     for frames in (4, 2):
         few = ["--steps", 2, "--frames", frames, "--size", 16, "--overwrite", *FEW]
@@ -244,6 +251,7 @@ def test_a_crystal_is_shown_along_its_rows(tmp_path):
         (["best", "SCENE", "--search", "lucky"], "Unknown search 'lucky'"),
         (["best", "SCENE", "--good", "some"], "the most or the least, not 'some'"),
         (["tour", "SCENE", "-m", "beauty"], "Unknown measure 'beauty'"),
+        (["tour", "SCENE", "--film", "tour.avi"], "ends with .webp or .mp4; 'tour.avi' does not"),
         (["map", "SCENE", "--kind", "luck"], "Unknown kind of complexity 'luck'"),
         (["map", "SCENE", "--sensor", "3"], "no camera 3: it has 1"),
         (["map", "SCENE", "--from", "0", "0", "nan"], "three finite numbers"),
