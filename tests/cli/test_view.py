@@ -207,7 +207,7 @@ def test_pictures_lit_by_the_scene(scene, tmp_path):
 
 def test_cover_says_what_is_not_seen(scene, tmp_path):
     said = " ".join(call("cover", scene, "-o", tmp_path / "out", "--level", 1, "--enough", 1, "--side", 64).split())
-    assert "0 of 13 surfaces, 0.0 % of the visible area, are not shown well; 0, 0.0 % of the whole area" in said
+    assert "0 of 13 surfaces, 0.0 % of the visible area, are not shown well. 0, 0.0 % of the whole area" in said
     assert names_in(tmp_path / "out") == ["cameras.xml", "sphere.png", "views.csv", "views.png"]
 
 
@@ -219,7 +219,7 @@ def test_cover_ends_by_number_and_by_gain(cube, tmp_path):
     assert len(mi.load_file(str(tmp_path / "two" / "cameras.xml")).sensors()) == 2
     said = " ".join(call("cover", cube, "-o", tmp_path / "one", "--gain", 0.2, *few).split())
     assert "5 of 6 surfaces, 83.3 % of the visible area" in said
-    assert "no other view would show another 20 % of it (--gain)" in said
+    assert "no other view would show well another 20 % of it (--gain)" in said
     assert "0 of 6" in call("cover", cube, "-o", tmp_path / "six", *few)
 
 

@@ -149,6 +149,13 @@ def test_the_sphere_around_a_molecule_is_tight():
     assert open_molecule(atoms, np.array([1.0, 0.5])).radius == pytest.approx(2.75, abs=0.01)
 
 
+def test_a_molecule_has_no_curvature():
+    subject = open_molecule(Atoms(["C"], np.zeros((1, 3))))
+    views = around(np.zeros(3), 9.0, np.eye(3))
+    with pytest.raises(SettingsError, match="need a mesh"):
+        survey(subject, views, Orthographic(1), Rays(side=16), ["curvature_entropy"])
+
+
 def test_far_atoms_are_brought_near():
     atoms = Atoms(["C", "O"], np.array([[1e7, -1e7, 0.25], [1e7 + 1.25, -1e7, 0.25]]))
     near, origin = recentred(atoms)

@@ -17,7 +17,7 @@ from tracer.scene.mesh_files import DIGITS
 from tracer.viewpoint.atom_files import Atoms
 from tracer.viewpoint.balls_and_sticks import faces_of_ball, scene_of
 from tracer.viewpoint.elements import van_der_waals_radii
-from tracer.viewpoint.surfaces import NOT_COUNTED, Subject, open_subject
+from tracer.viewpoint.surfaces import NO_MESH, NOT_COUNTED, Subject, open_subject
 
 MOST_ATOMS = 200_000
 """A subject has at most this many atoms."""
@@ -153,9 +153,10 @@ def open_molecule(
         length = np.linalg.norm(atoms.positions[first] - atoms.positions[second], axis=1)
         within = np.sqrt(radii**2 - stick**2)  # how far the side of a stick reaches into a ball
         areas = np.append(areas, 2 * np.pi * stick * np.maximum(length - within[first] - within[second], 0.0))
-    # Tighter than boxes around shapes, which have corners where no atom is.
+    # Tighter than a box around the sticks. Without a mesh, as the corners of the solids that stand for balls are no
+    # part of a molecule: their curvature would be that of an icosahedron.
     radius_of_all = float((np.linalg.norm(atoms.positions - subject.centre, axis=1) + radii).max())
-    return replace(subject, areas=areas, radius=radius_of_all)
+    return replace(subject, areas=areas, radius=radius_of_all, mesh=NO_MESH)
 
 
 def require_few(count: int, most: int = MOST_ATOMS) -> None:

@@ -66,6 +66,10 @@ class Mesh:
         return self.joining[1][self.triangles]
 
 
+NO_MESH = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64), np.zeros(0, np.int64))
+"""The mesh of a subject that has none."""
+
+
 @dataclass(frozen=True, eq=False)
 class Subject:
     """A scene and its surfaces, numbered from 0."""
@@ -203,11 +207,10 @@ def gather_mesh(shapes: list[Any], counts: Integers, surface: Integers) -> tuple
         elif count:
             areas.append(np.full(count, area_of(shape) / count))
         first_face += count
-    empty: Floats = np.zeros((0, 3))
     mesh = Mesh(
-        np.concatenate([empty, *vertices]),
-        np.concatenate([empty.astype(np.int64), *triangles]),
-        np.concatenate([np.zeros(0, np.int64), *surfaces]),
+        np.concatenate([NO_MESH.vertices, *vertices]),
+        np.concatenate([NO_MESH.triangles, *triangles]),
+        np.concatenate([NO_MESH.surface, *surfaces]),
     )
     return mesh, np.concatenate(areas)
 

@@ -13,7 +13,7 @@ LEAST_GAIN = 0.02
 REASONS = {
     "enough": "",
     "views": " by as many views as were asked for",
-    "gain": ", and no other view would show another {gain} of it (--gain)",
+    "gain": ", and no other view would show well another {gain} of it (--gain)",
 }
 """What is said of why views end."""
 
@@ -65,7 +65,7 @@ def cover(
     simple_table(report.HEADINGS, lines)
     typer.echo(
         f"{len(view_set.missing)} of {count} surfaces, {100 * view_set.missing_share:.1f} % of the visible area, "
-        f"are not shown well{REASONS[view_set.ended].format(gain=f'{100 * least_gain:g} %')}; {len(view_set.unseen)}, "
-        f"{100 * view_set.unseen_area:.1f} % of the whole area, are seen from nowhere; {len(view_set.dropped)} views "
+        f"are not shown well{REASONS[view_set.ended].format(gain=f'{100 * least_gain:g} %')}. {len(view_set.unseen)}, "
+        f"{100 * view_set.unseen_area:.1f} % of the whole area, are seen from nowhere. {len(view_set.dropped)} views "
         "became superfluous."
     )
