@@ -55,7 +55,11 @@ def picture(path):
 def test_measure(scene, tmp_path, monkeypatch):
     monkeypatch.setattr("tracer.viewpoint.reports.measure.SHOWN", 1)  # to draw takes longest
     said = call("measure", scene, "-o", tmp_path / "out", "--level", 1, "--side", 32)
-    assert names_in(tmp_path / "out") == ["best_and_worst.png", "measures.png", "views.csv"]
+    names = names_in(tmp_path / "out")
+    assert {name.partition("-")[0].partition(".")[0] for name in names} == {"best_and_worst", "measures", "views"}
+    for name in names:
+        height, width, _ = picture(tmp_path / "out" / name).shape if name.endswith(".png") else (1, 1, 1)
+        assert max(width / 1600, height / 1000) <= 1
     with open(tmp_path / "out" / "views.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 42
