@@ -371,6 +371,7 @@ def test_molecules_are_shown_as_asked(tmp_path):
     assert "2 bonds are drawn; they hide what is behind them and count as background" in said
     report = json.loads((tmp_path / "drawn" / "best.json").read_text())
     assert report["value"] == 3
+    assert ["count as background" in remark for remark in report["remarks"]] == [True]
     assert report["origin"] == pytest.approx([1e7, 0.295, 0])
     assert np.abs(report["eye"]).max() < 100
     said = call("best", path, "-o", tmp_path / "counted", "--count-bonds", *few)
