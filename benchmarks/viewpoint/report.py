@@ -20,9 +20,11 @@ from benchmarks.viewpoint.page import to_page
 from tracer.core.sphere import evenly, icosphere
 from tracer.progress import StepCallback
 from tracer.viewpoint import fast, measures
+from tracer.viewpoint.atom_source import Shown
 from tracer.viewpoint.cover import Rule, cover
 from tracer.viewpoint.direction_measure import stand
 from tracer.viewpoint.item_buffer import MOST_RAYS, Rays, projected_areas, trace
+from tracer.viewpoint.opened import Opened
 from tracer.viewpoint.reports.best import best
 from tracer.viewpoint.reports.complexity_map import complexity_map, view_from
 from tracer.viewpoint.reports.context import ViewContext
@@ -30,7 +32,7 @@ from tracer.viewpoint.reports.cover import cover_report
 from tracer.viewpoint.reports.measure import measure
 from tracer.viewpoint.reports.tour import Film, tour
 from tracer.viewpoint.search import Found, Valued, exhaustive_search, paper_search
-from tracer.viewpoint.source import Counted, Crystal, Opened, open_source
+from tracer.viewpoint.source import Counted, open_source
 from tracer.viewpoint.survey import survey
 
 FILES = (harness.PAGE, harness.NUMBERS)
@@ -236,8 +238,8 @@ def molecules(public: Path, folder: Path, announce: Announce) -> list[dict[str, 
     rows = []
     for file in (*CRYSTALS, *MOLECULES):
         announce(f"molecules: {file}")
-        crystal = Crystal(cut=7.0, radius=0.77) if file in CRYSTALS else None
-        source = open_source(public / file, crystal=crystal)
+        shown = Shown(cut=7.0, radius=0.77) if file in CRYSTALS else None
+        source = open_source(public / file, shown=shown)
         subject_folder = folder / Path(file).stem
         subject_folder.mkdir(exist_ok=True)
         lines = best(context_of(source, subject_folder, 160), "entropy", ["paper", "exhaustive"], 3)

@@ -55,7 +55,11 @@ def picture(path):
 def test_measure(scene, tmp_path, monkeypatch):
     monkeypatch.setattr("tracer.viewpoint.reports.measure.SHOWN", 1)  # to draw takes longest
     said = call("measure", scene, "-o", tmp_path / "out", "--level", 1, "--side", 32)
-    assert names_in(tmp_path / "out") == ["best_and_worst.png", "measures.png", "views.csv"]
+    names = names_in(tmp_path / "out")
+    assert {name.partition("-")[0].partition(".")[0] for name in names} == {"best_and_worst", "measures", "views"}
+    for name in names:
+        height, width, _ = picture(tmp_path / "out" / name).shape if name.endswith(".png") else (1, 1, 1)
+        assert max(width / 1600, height / 1000) <= 1
     with open(tmp_path / "out" / "views.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 42
@@ -104,6 +108,13 @@ def test_tour_makes_a_film(scene, tmp_path):
         assert film.size == (48, 48)
     assert len(mi.load_file(str(out / "cameras.xml")).sensors()) == 5
     assert not np.array_equal(picture(out / "frame0000.png"), picture(out / "frame0004.png"))
+
+
+def test_tour_makes_a_video(scene, tmp_path):
+    few = ["--steps", 2, "--frames", 3, "--size", 33, "--film", "turn.mp4"]
+    call("tour", scene, "-o", tmp_path / "out", *few, *FEW)
+    assert (tmp_path / "out" / "turn.mp4").read_bytes()[4:8] == b"ftyp"
+    assert not (tmp_path / "out" / "tour.webp").exists()
 
 
 def test_a_shorter_tour_leaves_no_frames_of_a_longer_one(scene, tmp_path):
@@ -199,9 +210,21 @@ def test_pictures_lit_by_the_scene(scene, tmp_path):
 
 
 def test_cover_says_what_is_not_seen(scene, tmp_path):
-    said = call("cover", scene, "-o", tmp_path / "out", "--level", 1, "--enough", 1, "--side", 64)
-    assert "of 13 surfaces" in said
+    said = " ".join(call("cover", scene, "-o", tmp_path / "out", "--level", 1, "--enough", 1, "--side", 64).split())
+    assert "0 of 13 surfaces, 0.0 % of the visible area, are not shown well. 0, 0.0 % of the whole area" in said
     assert names_in(tmp_path / "out") == ["cameras.xml", "sphere.png", "views.csv", "views.png"]
+
+
+def test_cover_ends_by_number_and_by_gain(cube, tmp_path):
+    """Of a cube's faces, that each view must show from its front, each view shows a sixth."""
+    few = ["--surfaces", "shape", "--orthographic", "--quality", 0.999, "--level", 1, "--side", 64]
+    said = " ".join(call("cover", cube, "-o", tmp_path / "two", "--views", 2, *few).split())
+    assert "4 of 6 surfaces, 66.7 % of the visible area, are not shown well by as many views as were asked for" in said
+    assert len(mi.load_file(str(tmp_path / "two" / "cameras.xml")).sensors()) == 2
+    said = " ".join(call("cover", cube, "-o", tmp_path / "one", "--gain", 0.2, *few).split())
+    assert "5 of 6 surfaces, 83.3 % of the visible area" in said
+    assert "no other view would show well another 20 % of it (--gain)" in said
+    assert "0 of 6" in call("cover", cube, "-o", tmp_path / "six", *few)
 
 
 @pytest.mark.slow
@@ -232,6 +255,7 @@ def test_a_crystal_is_shown_along_its_rows(tmp_path):
         (["best", "SCENE", "--search", "lucky"], "Unknown search 'lucky'"),
         (["best", "SCENE", "--good", "some"], "the most or the least, not 'some'"),
         (["tour", "SCENE", "-m", "beauty"], "Unknown measure 'beauty'"),
+        (["tour", "SCENE", "--film", "tour.avi"], "ends with .webp or .mp4; 'tour.avi' does not"),
         (["map", "SCENE", "--kind", "luck"], "Unknown kind of complexity 'luck'"),
         (["map", "SCENE", "--sensor", "3"], "no camera 3: it has 1"),
         (["map", "SCENE", "--from", "0", "0", "nan"], "three finite numbers"),
@@ -335,4 +359,33 @@ def test_a_molecule_from_another(scene, tmp_path):
             call("best", tmp_path / "far.xyz", "--from", tmp_path / "near.xyz", *more, "-o", tmp_path / "none", "-q")
     with pytest.raises(TracerError, match="is none by its name"):
         call("best", tmp_path / "far.xyz", "--from", scene, "-o", tmp_path / "none", "-q")
+    assert not (tmp_path / "none").exists()
+
+
+def test_molecules_are_shown_as_asked(tmp_path):
+    """Two bonds of water are drawn, and count if they are asked to; far places are told in the report."""
+    path = tmp_path / "water.xyz"
+    path.write_text("3\n\nO 1e7 0 0\nH 10000000.76 0.59 0\nH 9999999.24 0.59 0\n")
+    few = ["--search", "paper", "-m", "visible", "--side", 64]
+    said = call("best", path, "-o", tmp_path / "drawn", *few)
+    assert "2 bonds are drawn; they hide what is behind them and count as background" in said
+    report = json.loads((tmp_path / "drawn" / "best.json").read_text())
+    assert report["value"] == 3
+    assert ["count as background" in remark for remark in report["remarks"]] == [True]
+    assert report["origin"] == pytest.approx([1e7, 0.295, 0])
+    assert np.abs(report["eye"]).max() < 100
+    said = call("best", path, "-o", tmp_path / "counted", "--count-bonds", *few)
+    assert "2 bonds are drawn, and count as surfaces" in said
+    assert json.loads((tmp_path / "counted" / "best.json").read_text())["value"] == 5
+    assert "bonds" not in call("best", path, "-o", tmp_path / "full", "--style", "space-filling", *few)
+    pictures = [picture(tmp_path / name / "best.png") for name in ("drawn", "full")]
+    filled = [np.mean(np.abs(shown - shown[0, 0]).max(axis=-1) > 0.02) for shown in pictures]
+    assert filled[1] > 1.3 * filled[0] > 0
+    for more, sentence in (
+        (["--style", "sticks"], "Unknown style 'sticks'; choose one of ball-and-stick, space-filling."),
+        (["--style", "space-filling", "--count-bonds"], "no bonds to count"),
+        (["--model", "2"], "PDB and mmCIF files have models"),
+    ):
+        with pytest.raises(TracerError, match=sentence):
+            call("best", path, *more, "-o", tmp_path / "none", "-q")
     assert not (tmp_path / "none").exists()

@@ -7,10 +7,10 @@ import pytest
 
 from tracer.errors import SceneError
 from tracer.viewpoint.atom_files import read_atoms
-from tracer.viewpoint.biomolecules import Placed, once
 
 SHARED = Path(__file__).parents[3] / "shared" / "molecules"
 
+NAMES = ("alt_id", "atom_id", "comp_id", "asym_id", "seq_id")
 LOOP = """data_1ABC
 # a remark 'with a quote
 _cell.length_a 30.0
@@ -111,11 +111,6 @@ def test_an_insertion_is_another_residue(tmp_path):
     assert len(written(tmp_path, "insertion.pdb", f"{first}\n{second[:26]}A{second[27:]}\n")) == 2
 
 
-def test_places_keep_the_order_of_the_file():
-    atoms = [Placed("C", (0, 0, 0), 1, "A", 0.2), Placed("N", (1, 0, 0), 2), Placed("C", (2, 0, 0), 1, "B", 0.8)]
-    assert [atom.place[0] for atom in once(atoms)] == [2, 1]
-
-
 def test_mmcif(tmp_path):
     """Quotes, texts, remarks, rows of several lines, alternates, atoms without a number, and the first model."""
     for name in ("a.cif", "a.mmcif"):
@@ -129,9 +124,12 @@ def test_mmcif(tmp_path):
 def test_mmcif_of_one_atom(tmp_path):
     pairs = "data_x\n" + "".join(
         f"_atom_site.{name} {value}\n"
-        for name, value in (("Type_Symbol", "he"), ("Cartn_x", 1), ("Cartn_y", 2), ("Cartn_z", 3))
+        for name, value in (
+            *(("id", 1), ("Type_Symbol", "he"), ("Cartn_x", 1), ("Cartn_y", 2), ("Cartn_z", 3)),
+            *((f"label_{item}", "." if item == "alt_id" else 1) for item in NAMES),
+        )
     )
-    found = written(tmp_path, "one.cif", pairs + "_entity.id 1\ndata_y\n" + pairs)
+    found = written(tmp_path, "one.cif", pairs + "_entity.id 1\n" + pairs.replace("data_x", "data_y"))
     assert (found.symbols, found.positions.tolist()) == (["He"], [[1, 2, 3]])
 
 
@@ -174,8 +172,8 @@ def test_what_is_no_molecule(tmp_path):
     said = {
         "k.xyz": ("1\n\n200 0 0 0\n", "no element 200"),
         "l.xyz": ("1\n\nC 0 0 0\nand more\n", "line 4 should be a number of atoms and is 'and more'"),
-        "m.cif": (LOOP.replace("_y\n", "_w\n") + ROWS, "has no _atom_site.cartn_y"),
-        "n.cif": (LOOP + "ATOM 1 N\n", "not whole"),
+        "m.cif": (LOOP.replace("_y\n", "_w\n") + ROWS, "has no _atom_site.Cartn_y"),
+        "n.cif": (LOOP + "ATOM 1 N\n", "Wrong number of values in loop"),
         "h.xyz": ("2\n\nQq 0 0 0\nC 1 0 0\n", "no element 'Qq'"),
         "i.xyz": ("999999999999\n\nC 0 0 0\n", "has 2 lines"),
         "j.cif": ("data_x\n_cell_length_a 3\n", "ends before its atoms"),

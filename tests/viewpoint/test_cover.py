@@ -84,6 +84,34 @@ def test_it_can_end_early_and_says_how_far_it_is(cube):
     assert [covered for _, covered in chosen] == pytest.approx(found.covered)
 
 
+def steps(heights):
+    """Return a mesh of squares in planes that lie across x, one for each of several directions, of given sizes."""
+    angles = np.arange(len(heights)) * 2 * np.pi / len(heights)
+    across = np.stack([-np.sin(angles), np.cos(angles), np.zeros(len(heights))], axis=-1)
+    middle = 4 * np.stack([np.cos(angles), np.sin(angles), np.zeros(len(heights))], axis=-1)
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, -1], [1, 1], [-1, 1]]) * np.array([0.1, 1])
+    flat = corners[:, :1] * across[:, None] + corners[:, 1:] * np.array([0, 0, 1.0]) * np.array(heights)[:, None, None]
+    points = (middle[:, None] + flat).reshape(-1, 3)
+    outward = np.stack([np.cos(angles), np.sin(angles), np.zeros(len(heights))], axis=-1)
+    return points, np.repeat(np.arange(len(heights)), 2), outward
+
+
+@pytest.mark.parametrize(("gain", "count"), [(0.0, 5), (0.05, 4), (0.15, 3), (0.21, 2), (0.5, 1)])
+def test_a_set_ends_when_no_view_adds_enough(gain, count):
+    """Five plates, each of which one view shows well: of 40, 25, 20, 12 and 3 % of the area."""
+    points, groups, outward = steps([4.0, 2.5, 2.0, 1.2, 0.3])
+    subject = open_subject(mesh_scene(points, np.arange(len(points)).reshape(-1, 3)), groups=groups)
+    eyes = 4 * outward
+    up = np.tile([0.0, 0, 1], (5, 1))
+    views = Viewpoints(eyes + outward, -outward, np.cross(-outward, up), up)
+    found = cover(subject, views, Orthographic(5), Rays(side=256), quality=0.9, rule="area", gain=gain)
+    assert found.chosen.tolist() == list(range(count))
+    assert found.covered == pytest.approx(np.cumsum([0.4, 0.25, 0.2, 0.12, 0.03])[:count])
+    assert found.missing.tolist() == list(range(count, 5))
+    assert found.missing_share == pytest.approx(1 - found.covered[-1])
+    assert found.ended == ("enough" if count == 5 else "gain")
+
+
 def test_looking_again_finds_the_same(cube, monkeypatch):
     first = cover(*cube, RAYS)
     monkeypatch.setattr(module, "MOST_KEPT", 0)

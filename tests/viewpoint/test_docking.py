@@ -7,7 +7,7 @@ from tracer.errors import SceneError, SettingsError
 from tracer.viewpoint import docking
 from tracer.viewpoint.atom_files import Atoms
 from tracer.viewpoint.docking import find_sites, open_pair, surface_points
-from tracer.viewpoint.molecules import van_der_waals_radii
+from tracer.viewpoint.elements import van_der_waals_radii
 
 
 def molecule(symbols, positions):

@@ -12,9 +12,12 @@ from tracer.complexity import measures
 from tracer.core import sphere
 from tracer.errors import SceneError, SettingsError
 from tracer.viewpoint import item_buffer
+from tracer.viewpoint.fast import estimate_entropy
 from tracer.viewpoint.item_buffer import Rays, around, at, projected_areas
 from tracer.viewpoint.lens import Orthographic, Perspective, WholeSphere
-from tracer.viewpoint.surfaces import open_subject
+from tracer.viewpoint.regions import look_through_blocks
+from tracer.viewpoint.surfaces import NOT_COUNTED, open_subject
+from tracer.viewpoint.survey import survey
 
 from .conftest import mesh_scene
 
@@ -275,3 +278,33 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
         done = subprocess.run([sys.executable, "-c", program, str(level)], capture_output=True, text=True, check=True)
         peak[level] = int(done.stdout)
     assert peak[3] < 1.1 * peak[2]
+
+
+def plates():
+    """Return a square of side 2, and half of it hidden by a nearer rectangle."""
+    turn = mi.ScalarTransform4f
+    near = turn().translate([0.5, 0, 1]).scale([0.5, 1, 1])
+    return mi.load_dict(
+        {"type": "scene", "far": {"type": "rectangle"}, "near": {"type": "rectangle", "to_world": near}}
+    )
+
+
+def test_what_is_of_no_surface_hides_and_counts_as_background():
+    scene = plates()
+    far = [0 if shape.id() == "far" else NOT_COUNTED for shape in scene.shapes()]
+    subject = open_subject(scene, groups=np.repeat(far, 2), names=["far"])
+    view, lens = around(np.zeros(3), 5.0, np.array([[0.0, 0, 1]])), Orthographic(1.0)
+    batch = next(projected_areas(subject, view, lens, Rays(side=64), pictures=True))
+    assert batch.areas.tolist() == [[pytest.approx(2.0)]]
+    assert np.isfinite(batch.depth).mean() == 0.5
+    assert survey(subject, view, lens, Rays(side=64), ["entropy"])["entropy"] == pytest.approx([1.0])
+    assert estimate_entropy(subject, view, lens, 4000).covered == pytest.approx([0.5], abs=0.03)
+    found = look_through_blocks(subject, view, lens, 1, 1, 64)
+    assert found.entropy.tolist() == [[pytest.approx(1.0)]]
+    assert subject.areas.tolist() == [pytest.approx(4.0)]
+
+
+def test_triangles_of_no_surface_are_no_part_of_the_mesh(triangles):
+    subject = open_subject(triangles, groups=[0] * 6 + [NOT_COUNTED] * 6)
+    assert subject.areas == pytest.approx([3.0])
+    assert len(subject.mesh.triangles) == 6

@@ -6,10 +6,11 @@ import pytest
 from tracer.core import sphere
 from tracer.errors import SettingsError
 from tracer.viewpoint.atom_files import Atoms
+from tracer.viewpoint.balls_and_sticks import solid
 from tracer.viewpoint.direction_measure import Gauge, stand
-from tracer.viewpoint.item_buffer import Rays, around
+from tracer.viewpoint.item_buffer import Rays, around, projected_areas
 from tracer.viewpoint.lens import Orthographic
-from tracer.viewpoint.molecules import ball, open_molecule, repeat, zone_axes
+from tracer.viewpoint.molecules import ball, open_molecule, recentred, repeat, zone_axes
 from tracer.viewpoint.search import exhaustive_search
 from tracer.viewpoint.survey import survey
 
@@ -106,15 +107,62 @@ def test_the_ball_of_a_skewed_cell_is_whole():
     assert len(shift) == 343
 
 
-def test_balls_have_half_the_covalent_radius():
-    """Of B. Cordero and others, 2008: hydrogen 0.31, carbon 0.76, iron 1.32 Angstrom; 0.7 of what is no element.
+def test_balls_have_the_radius_of_their_style():
+    """Of S. Alvarez, 2013: hydrogen 1.20, carbon 1.77, iron 2.44 Angstrom; 2 of what is no element."""
+    positions = 9 * np.arange(5)[:, None] * np.eye(3)[0]
+    atoms = Atoms(["H", "C", "Fe", "X", "D"], positions)
+    expected = 4 * np.pi * np.array([1.20, 1.77, 2.44, 2.0, 1.20]) ** 2
+    assert open_molecule(atoms, style="space-filling").areas == pytest.approx(expected)
+    assert open_molecule(atoms).areas == pytest.approx(expected / 16)
+    assert open_molecule(Atoms(["H", "C"], positions[:2]), 0.4).areas == pytest.approx(4 * np.pi * 0.16)
 
-    The solid that stands for a ball has its surface, 4 pi r^2, as its mean projected area is to be pi r^2.
-    """
-    positions = 9 * np.arange(4)[:, None] * np.eye(3)[0]
-    subject = open_molecule(Atoms(["H", "C", "Fe", "X"], positions))
-    assert subject.areas == pytest.approx(4 * np.pi * (np.array([0.31, 0.76, 1.32, 0.7]) / 2) ** 2, rel=1e-4)
-    assert open_molecule(Atoms(["H", "C"], positions[:2]), 0.4).areas == pytest.approx(4 * np.pi * 0.16, rel=1e-4)
+
+@pytest.mark.parametrize("count", [1, 501, 12_501])
+def test_the_solid_of_a_ball_has_its_mean_projected_area(count):
+    points, faces = solid(count)
+    a, b, c = points[faces].transpose(1, 0, 2)
+    assert len(faces) == {1: 1280, 501: 320, 12_501: 80}[count]
+    assert np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2 == pytest.approx(4 * np.pi)
+
+
+LENGTH, BALL, STICK = 2.0, 0.5, 0.14
+
+
+@pytest.mark.parametrize("counted", [False, True])
+def test_a_stick_hides_what_is_behind_it_and_counts_if_asked(counted):
+    """From beside, stick and ball meet in planes: what is seen is a rectangle, and discs without a segment."""
+    atoms = Atoms(["C", "C"], np.array([[-LENGTH / 2, 0, 0], [LENGTH / 2, 0, 0]]))
+    subject = open_molecule(atoms, BALL, np.array([[0, 1]]), counted)
+    views = around(np.zeros(3), 9.0, np.array([[0.0, 1, 0]]))
+    areas = next(projected_areas(subject, views, Orthographic(2), Rays(side=1000))).areas[0]
+    middle = np.sqrt(BALL**2 - STICK**2)
+    disc = np.pi * BALL**2 - (BALL**2 * np.arcsin(STICK / BALL) - middle * STICK)
+    assert areas == pytest.approx([disc, disc, 2 * STICK * (LENGTH - 2 * middle)][: len(areas)], rel=0.005)
+    assert subject.names == ["C", "C", "bond"][: len(areas)]
+    assert len(areas) == (3 if counted else 2)
+    if counted:
+        assert subject.areas[2] == pytest.approx(2 * np.pi * STICK * (LENGTH - 2 * middle))
+
+
+def test_the_sphere_around_a_molecule_is_tight():
+    atoms = Atoms(["C", "O"], np.array([[0, 0, 0], [4.0, 0, 0]]))
+    assert open_molecule(atoms, np.array([1.0, 0.5])).radius == pytest.approx(2.75, abs=0.01)
+
+
+def test_a_molecule_has_no_curvature():
+    subject = open_molecule(Atoms(["C"], np.zeros((1, 3))))
+    views = around(np.zeros(3), 9.0, np.eye(3))
+    with pytest.raises(SettingsError, match="need a mesh"):
+        survey(subject, views, Orthographic(1), Rays(side=16), ["curvature_entropy"])
+
+
+def test_far_atoms_are_brought_near():
+    atoms = Atoms(["C", "O"], np.array([[1e7, -1e7, 0.25], [1e7 + 1.25, -1e7, 0.25]]))
+    near, origin = recentred(atoms)
+    assert near.positions == pytest.approx(np.array([[-0.625, 0, 0], [0.625, 0, 0]]))
+    assert (near.positions + origin).tolist() == atoms.positions.tolist()
+    assert recentred(near)[1].tolist() == [0, 0, 0]
+    assert recentred(Atoms(["C"], np.full((1, 3), 1e7)))[1].tolist() == [1e7, 1e7, 1e7]
 
 
 def test_radii_that_are_none():

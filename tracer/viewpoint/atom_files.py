@@ -1,7 +1,7 @@
 """Atoms from files.
 
-ASE reads most formats. CML, PDB and mmCIF are read here, and XYZ is first changed to what ASE can read. Lengths are in
-Angstrom.
+ASE reads most formats, gemmi PDB and mmCIF. CML is read here, and XYZ is first changed to what ASE can read.
+Lengths are in Angstrom.
 """
 
 from __future__ import annotations
@@ -16,11 +16,14 @@ from xml.etree import ElementTree
 import numpy as np
 
 from tracer.core.arrays import Floats
-from tracer.errors import SceneError
-from tracer.viewpoint.biomolecules import Placed, from_mmcif, from_pdb, is_mmcif
+from tracer.core.extras import require_package
+from tracer.errors import SceneError, SettingsError, TracerError
+from tracer.viewpoint.biomolecules import Part, is_mmcif, read_structure
 
 SUFFIXES = (".xyz", ".extxyz", ".cif", ".mmcif", ".pdb", ".ent", ".cml", ".vasp", ".poscar", ".mol", ".sdf")
 """Files with these suffixes are taken for molecules or crystals."""
+OF_PROTEINS = (".pdb", ".ent", ".mmcif")
+"""Files with these suffixes may have several models and assemblies, and so may those that end with .cif."""
 
 
 @dataclass(frozen=True)
@@ -32,18 +35,34 @@ class Atoms:
     """(N, 3), in Angstrom."""
     cell: Floats | None = None
     """(3, 3), in Angstrom: rows are the vectors of the cell; None for a molecule."""
+    remark: str = ""
+    """A sentence about what else the file has, or nothing."""
 
     def __len__(self) -> int:
         return len(self.symbols)
 
 
-def read_atoms(path: str | Path) -> Atoms:
-    """Return the atoms of a file. Raises SceneError if it is missing, cannot be read, or has no atoms."""
-    path = Path(path)
+def read_atoms(path: str | Path, part: Part | None = None) -> Atoms:
+    """Return the atoms of a file; ``part``: which of several structures.
+
+    Raises SceneError if it is missing, cannot be read, or has no atoms, SettingsError if it does not have the part, and
+    MissingPackageError without gemmi if it is to be read by it.
+    """
+    path, part = Path(path), part or Part()
     if not path.is_file():
         raise SceneError(f"There is no molecule file '{path}'.")
+    suffix = path.suffix.lower()
     try:
-        atoms = READERS.get(path.suffix.lower(), read_by_ase)(path)
+        if suffix in OF_PROTEINS or (suffix == ".cif" and is_mmcif(path)):
+            require_package("gemmi", "gemmi", f"'{path}' is a structure, and reading it", "view")
+            symbols, positions, remark = read_structure(path, part)
+            atoms = Atoms(symbols, positions, remark=remark)
+        elif part != Part():
+            raise SettingsError(f"PDB and mmCIF files have models and assemblies, and '{path}' is none of these.")
+        else:
+            atoms = READERS.get(suffix, read_by_ase)(path)
+    except TracerError:
+        raise
     except Exception as error:  # whatever a library raises for a file that is not what its name says
         reason = (str(error).splitlines() or [type(error).__name__])[0]
         if isinstance(error, KeyError):
@@ -52,7 +71,7 @@ def read_atoms(path: str | Path) -> Atoms:
             reason = "it ends before its atoms do"
         elif not str(error) or not reason.isprintable():
             reason = f"{type(error).__name__} while reading it"
-        raise SceneError(f"'{path}' is not a molecule that can be read: {reason.rstrip('.')}.") from None
+        raise SceneError(f"'{path}' is not a molecule that can be read: {reason.rstrip('.:')}.") from None
     if not len(atoms):
         raise SceneError(f"'{path}' has no atoms.")
     if not np.all(np.isfinite(atoms.positions)):
@@ -118,25 +137,9 @@ def named(frame: list[str]) -> list[str]:
     return [*frame[:2], *atom_lines]
 
 
-def read_cif(path: Path) -> Atoms:
-    """Return the atoms of a CIF file: of a crystal with its cell, or of a macromolecule (mmCIF) without one."""
-    text = contents(path)
-    return gathered(from_mmcif(text)) if is_mmcif(text) else read_by_ase(path, format="cif")
-
-
-def read_pdb(path: Path) -> Atoms:
-    """Return the atoms of the first model of a PDB file, each atom at one of its alternate places."""
-    return gathered(from_pdb(contents(path)))
-
-
 def contents(path: Path) -> str:
     """Return the text of a file."""
     return path.read_text(encoding="utf-8", errors="replace")
-
-
-def gathered(atoms: list[Placed]) -> Atoms:
-    """Return atoms of a macromolecule, which has no cell."""
-    return Atoms([atom.symbol for atom in atoms], np.array([atom.place for atom in atoms], np.float64).reshape(-1, 3))
 
 
 def read_cml(path: Path) -> Atoms:
@@ -151,11 +154,7 @@ def read_cml(path: Path) -> Atoms:
 
 READERS = {
     ".cml": read_cml,
-    ".pdb": read_pdb,
-    ".ent": read_pdb,
     ".xyz": read_xyz,
     ".extxyz": read_xyz,
-    ".cif": read_cif,
-    ".mmcif": read_cif,
 }
 """Files with these suffixes are read by these functions; ASE reads all others."""

@@ -1,137 +1,132 @@
-"""Atoms of PDB and mmCIF files, the formats of proteins: the first model, each atom at one of its alternate places.
+"""Atoms of PDB and mmCIF files, the formats of proteins, which gemmi reads: one model, or one biological assembly.
 
 ASE is not used: it takes an alpha carbon in old PDB files for calcium, and does not know mmCIF.
 """
 
 from __future__ import annotations
 
-import itertools
 import re
-from collections import Counter
-from collections.abc import Hashable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
-TOKEN = re.compile(
-    r"""^;(?P<text>.*?)\n;(?=\s|\Z)  # lines between semicolons
-    |'(?P<single>[^\n]*?)'(?=\s|\Z)|"(?P<double>[^\n]*?)"(?=\s|\Z)  # a quote ends where a space follows
-    |\#[^\n]*|(?P<bare>\S+)""",
-    re.MULTILINE | re.DOTALL | re.VERBOSE,
-)
-"""This pattern matches a word of a CIF file, as one of its groups, or a comment, as none of them."""
-KEYWORD = re.compile(r"_|(loop|data|save|global|stop)_", re.IGNORECASE)
-"""A bare word that begins like this is the name of a column or a reserved word of CIF, not a value."""
-NEEDED = ("type_symbol", "cartn_x", "cartn_y", "cartn_z")
-"""The table of atoms of an mmCIF file must have these columns."""
+import numpy as np
+from numpy.typing import NDArray
+
+from tracer.core.arrays import Floats, Integers
+from tracer.errors import SettingsError
+
+OLD = re.compile(r"^(?:ATOM  |HETATM).{70} *\d+ *$", re.MULTILINE)
+"""An atom in an old PDB file, whose last eight columns held the name of the file and the number of the line."""
+OLD_LENGTH = 72
+"""Lines of such a file mean something up to this column; the element is then where the name of the atom begins."""
+NEEDED = ("id", "type_symbol", "label_asym_id", "label_alt_id", "Cartn_x", "Cartn_y", "Cartn_z")
+"""The table of atoms of an mmCIF file must have these columns, or gemmi finds no atoms."""
+MOST_LISTED = 12
+"""A message lists at most this many names."""
 
 
 @dataclass(frozen=True)
-class Placed:
-    """An atom at one of its places."""
+class Part:
+    """Which of the structures in a file is wanted."""
 
-    symbol: str
-    place: tuple[float, float, float]
-    site: Hashable
-    """Which atom it is: chain, residue, name. The kind of the residue is left out, as it may alternate as well."""
-    alternate: str = ""
-    """Letter of the place; empty if the atom has only one."""
-    occupancy: float = 1.0
+    model: str | None = None
+    """Number of a model; None: the first."""
+    assembly: str | None = None
+    """Name of a biological assembly; None: the atoms as they are in the file."""
 
 
-def once(atoms: list[Placed]) -> list[Placed]:
-    """Return each atom once, at the first of its places with the largest occupancy, in the order of the file.
+def read_structure(path: Path, part: Part) -> tuple[list[str], Floats, str]:
+    """Return (symbols, positions (N, 3), remark) of the atoms of a PDB or mmCIF file, each at one of its places.
 
-    Atoms with the same site and the same letter are different atoms that have the same name.
+    ``remark``: a sentence about what else the file has, or nothing. Raises SettingsError for a model or an assembly
+    that it does not have, and ValueError or RuntimeError if it cannot be read.
     """
-    counts: Counter[Hashable] = Counter()
-    best: dict[Hashable, Placed] = {}
-    for atom in atoms:
-        key = (atom.site, counts[atom.site, atom.alternate])
-        counts[atom.site, atom.alternate] += 1
-        if key not in best or atom.occupancy > best[key].occupancy:
-            best[key] = atom  # its position in the dictionary stays that of the first place
-    return list(best.values())
+    import gemmi
+
+    structure = from_mmcif(path) if path.suffix.lower() in (".cif", ".mmcif") else from_pdb(path)
+    if not len(structure):
+        return [], np.zeros((0, 3)), ""
+    numbers = [str(model.num) for model in structure]
+    model = structure[position_of(path, "model", part.model, numbers) if part.model is not None else 0]
+    remark = ""
+    if part.model is None and len(numbers) > 1:
+        remark = f"'{path}' has {len(numbers)} models, and this is the first; --model takes another."
+    if part.assembly is not None:
+        names = [assembly.name for assembly in structure.assemblies]
+        assembly = structure.assemblies[position_of(path, "assembly", part.assembly, names)]
+        # Copies of a chain have names of their own, so that alternate places in them are told apart.
+        model = gemmi.make_assembly(assembly, model, gemmi.HowToNameCopiedChain.AddNumber)
+    alone = gemmi.Structure()
+    alone.add_model(model)
+    flat = gemmi.FlatStructure(alone)
+    kept = at_one_place(flat)
+    symbols = np.char.capitalize(flat.element_names[kept].astype(str))
+    return symbols.tolist(), np.array(flat.pos, np.float64).reshape(-1, 3)[kept], remark
 
 
-def from_pdb(text: str) -> list[Placed]:
-    """Return the atoms of the first model of a PDB file.
-
-    The element is in columns 77 and 78. Old files have a line number there, and the element in columns 13 and 14, where
-    the name begins.
-    """
-    atoms = []
-    for line in text.splitlines():
-        if line.startswith("ENDMDL"):
-            break
-        if line.startswith(("ATOM  ", "HETATM")):
-            column = line[76:78].strip()
-            name = line[12:16]
-            # A hydrogen's name of four characters, such as HG11, begins in the column of elements of two letters.
-            element_in_name = "H" if len(name.strip()) == 4 and name[0] == "H" else name[:2].strip(" 0123456789")
-            x, y, z = (float(line[begin : begin + 8]) for begin in (30, 38, 46))
-            symbol = (column if column.isalpha() else element_in_name).capitalize()
-            site = (line[21:22], line[22:27], name)
-            atoms.append(Placed(symbol, (x, y, z), site, line[16:17].strip(), float(line[54:60].strip() or 1)))
-    return once(atoms)
+def position_of(path: Path, kind: str, name: str, names: list[str]) -> int:
+    """Return the position of a name. Raises SettingsError with the names that exist if it is not one of them."""
+    if name in names:
+        return names.index(name)
+    if not names:
+        raise SettingsError(f"'{path}' has no {kind} {name}: it has none.")
+    existing = ", ".join(names if len(names) <= MOST_LISTED else [*names[: MOST_LISTED - 1], "...", names[-1]])
+    raise SettingsError(f"'{path}' has no {kind} {name}; it has {existing}.")
 
 
-def is_mmcif(text: str) -> bool:
+def from_pdb(path: Path) -> Any:
+    """Return the gemmi structure in a PDB file."""
+    import gemmi
+
+    text = path.read_text(encoding="utf-8", errors="replace")
+    return gemmi.read_pdb(str(path), max_line_length=OLD_LENGTH if OLD.search(text) else 0)
+
+
+def is_mmcif(path: Path) -> bool:
     """Return whether the names of columns in a CIF file have categories, as in mmCIF."""
+    text = path.read_text(encoding="utf-8", errors="replace")
     return re.search(r"^\s*_atom_site\.", text, re.MULTILINE | re.IGNORECASE) is not None
 
 
-def from_mmcif(text: str) -> list[Placed]:
-    """Return the atoms of the first model of an mmCIF file. Raises ValueError if a column is missing."""
-    table = category(text, "_atom_site.")
-    missing = [name for name in NEEDED if name not in table]
+def from_mmcif(path: Path) -> Any:
+    """Return the gemmi structure in the first block of an mmCIF file. Raises ValueError if a column is missing."""
+    import gemmi
+
+    block = gemmi.cif.read(str(path))[0]
+    missing = [name for name in NEEDED if not block.find([f"_atom_site.{name}"])]
     if missing:
         raise ValueError(f"its table of atoms has no {', '.join('_atom_site.' + name for name in missing)}")
-    rows = [dict(zip(table, row, strict=True)) for row in zip(*table.values(), strict=True)]
-    atoms = []
-    for row in rows:
-        if row.get("pdbx_pdb_model_num") != rows[0].get("pdbx_pdb_model_num"):
-            continue
-        known = {name: value for name, value in row.items() if value not in (".", "?")}
-        # A number may be followed by its uncertainty in brackets, as in 1.234(5).
-        x, y, z = (float(row[name].partition("(")[0]) for name in NEEDED[1:])
-        chain, residue, name = (
-            known.get(f"auth_{field}", known.get(f"label_{field}", "")) for field in ("asym_id", "seq_id", "atom_id")
-        )
-        site = (chain, residue, known.get("pdbx_pdb_ins_code", ""), name)
-        occupancy = float(known.get("occupancy", "1").partition("(")[0])
-        atoms.append(Placed(row["type_symbol"].capitalize(), (x, y, z), site, known.get("label_alt_id", ""), occupancy))
-    return once(atoms)
+    return gemmi.make_structure_from_block(block)
 
 
-def category(text: str, name: str) -> dict[str, list[str]]:
-    """Return the first table of a CIF file whose column names begin with ``name``: columns by the rest of their names.
+def at_one_place(flat: Any) -> Integers:
+    """Return the numbers (K,) of atoms in the order of the file, each at the first of its places with most occupancy.
 
-    Names are in lower case. A table of one row may be written as pairs of a name and a value. Raises ValueError if the
-    last row is not whole.
+    An atom is known by its chain, residue and name; the kind of the residue may alternate as well. Atoms that share
+    these and the letter of their place are different atoms with the same name.
     """
-    tokens = list(tokenised(text))
-    ends = [k for k, (value, bare) in enumerate(tokens) if bare and KEYWORD.match(value)] + [len(tokens)]
-    names: list[str] = []  # names of the columns whose values come next
-    columns: dict[str, list[str]] = {}
-    for begin, end in itertools.pairwise(ends):
-        key, values = tokens[begin][0].lower(), [value for value, _ in tokens[begin + 1 : end]]
-        if not key.startswith("_"):
-            if columns and key != "save_":
-                break
-            names = []
-            continue
-        names.append(key)
-        if values and key.startswith(name):
-            if len(values) % len(names):
-                raise ValueError("the last row of its table of atoms is not whole")
-            columns |= {
-                heading.removeprefix(name): values[column :: len(names)] for column, heading in enumerate(names)
-            }
-        names = [] if values else names
-    return columns
+    letters = np.asarray(flat.altlocs)
+    if not letters.any():
+        return np.arange(len(letters))
+    columns = (flat.chain_ids, flat.resnums[:, None], flat.icodes[:, None], flat.atom_names)
+    site = groups_of(np.concatenate([np.asarray(column, np.int64) for column in columns], axis=1))
+    namesake = rank_within(groups_of(np.column_stack([site, letters])))
+    atom = groups_of(np.column_stack([site, namesake]))
+    order = np.lexsort((np.arange(len(atom)), -np.asarray(flat.occ), atom))
+    first = np.append(True, atom[order][1:] != atom[order][:-1])
+    return np.sort(order[first])
 
 
-def tokenised(text: str) -> Iterator[tuple[str, bool]]:
-    """Yield each word of a CIF file, and whether it is bare, that is not quoted."""
-    for match in TOKEN.finditer(text):
-        if match.lastgroup is not None:
-            yield match[match.lastgroup], match.lastgroup == "bare"
+def groups_of(rows: NDArray[np.int64]) -> Integers:
+    """Return numbers (N,) that are the same for rows (N, D) that are the same."""
+    return np.asarray(np.unique(rows, axis=0, return_inverse=True)[1], np.int64).reshape(-1)
+
+
+def rank_within(group: Integers) -> Integers:
+    """Return how many of the same group (N,) come before each."""
+    order = np.argsort(group, kind="stable")
+    first = np.searchsorted(group[order], group[order])
+    rank = np.empty(len(group), np.int64)
+    rank[order] = np.arange(len(group)) - first
+    return rank

@@ -26,6 +26,8 @@ MOST_KEPT = 1 << 27
 """At most this many areas, views times surfaces, are kept in memory; if there are more, every round looks again."""
 Rule = Literal["entropy", "area", "divergence"]
 """The rules by which the next view can be chosen, see ``cover``."""
+Reason = Literal["enough", "views", "gain"]
+"""Why a set ends: enough is shown, it has as many views as it may have, or no other view would add enough."""
 
 
 @dataclass(frozen=True)
@@ -39,10 +41,18 @@ class Cover:
     show well."""
     dropped: Integers
     """Numbers of the views that were chosen and became superfluous."""
+    missing: Integers
+    """Numbers of the surfaces that some view sees, and the set does not show well; without those of weight 0."""
+    ended: Reason
     unseen: Integers
     """Numbers of the surfaces that no view sees."""
     unseen_area: float
     """True area of the unseen surfaces as a share of that of all surfaces."""
+
+    @property
+    def missing_share(self) -> float:
+        """What the set does not show well, as a share of the true area, times weight, that any view sees."""
+        return 1 - float(self.covered[-1]) if len(self.covered) else 1.0
 
 
 def cover(
@@ -54,6 +64,7 @@ def cover(
     rule: Rule = "entropy",
     most: int | None = None,
     enough: float = 1.0,
+    gain: float = 0.0,
     told: Callable[[int, float], None] = lambda views, covered: None,
 ) -> Cover:
     """Return the views that show every visible surface well.
@@ -63,8 +74,11 @@ def cover(
     area newly shown, or the one with which the sum of the projected areas in all chosen views diverges least from the
     true areas (M. Sbert and others, CAe 2005). Areas count times the weights of their surfaces, and a surface of weight
     0 need not be shown. ``most``: end after this many views. ``enough``: end when this share of
-    the true area is shown. ``told`` is called with the number of views and the share shown after each choice, and with
-    zeros while views are traced. Raises SceneError if true areas are unknown.
+    the true area is shown. ``gain``: choose only views, after the first, that newly show at least this share of the
+    true area that any view sees, and end when there is none. It is not a share of what is still missing, as that stays
+    the same from the first view to the last where small surfaces have each their own best view: 4 to 9 % in all of 75
+    views of a scanned bunny. ``told`` is called with the number of views and the share shown after each choice, and
+    with zeros while views are traced. Raises SceneError if true areas are unknown.
     """
     if not subject.areas_known:
         raise SceneError(
@@ -81,19 +95,29 @@ def cover(
     mixed = np.zeros(subject.count)
     chosen: list[int] = []
     shown: list[NDArray[np.bool_]] = []
-    while missing.any() and len(chosen) != most and weights[missing].sum() > (1 - enough) * weights.sum():
+    ended: Reason = "enough"
+    while missing.any() and weights[missing].sum() > (1 - enough) * weights.sum():
+        if len(chosen) == most:
+            ended = "views"
+            break
+        least_area = gain * float(weights.sum()) if chosen else 0.0
         best_worth, pick, pick_shows = (-np.inf, -np.inf), -1, missing
         for number, areas in look:
             shows = (areas >= quality * largest) & missing
             if not shows.any():
                 continue
             new_area = float(weights[shows].sum())
+            if new_area < least_area:
+                continue
             if rule == "entropy":
                 worth = (worth_of(areas, missing, subject.weights, lens.image_area), new_area)
             else:
                 worth = (new_area, 0.0) if rule == "area" else (-divergence_of(mixed + areas, weights), new_area)
             if worth > best_worth:
                 best_worth, pick, pick_shows = worth, number, shows
+        if pick < 0:
+            ended = "gain"
+            break
         chosen.append(pick)
         mixed += look.row(pick)
         missing &= ~pick_shows
@@ -112,6 +136,8 @@ def cover(
         np.array(remaining, np.int64),
         np.array(covered),
         np.array(dropped, np.int64),
+        np.flatnonzero(missing),
+        ended,
         unseen,
         float(subject.areas[unseen].sum()) / total_area if total_area > 0 else 0.0,
     )

@@ -18,6 +18,7 @@ from tracer.errors import SceneError, SettingsError
 from tracer.viewpoint import measures, molecules
 from tracer.viewpoint.atom_files import Atoms
 from tracer.viewpoint.direction_measure import SHARE
+from tracer.viewpoint.elements import van_der_waals_radii
 from tracer.viewpoint.item_buffer import Rays, at
 from tracer.viewpoint.lens import WholeSphere
 from tracer.viewpoint.surfaces import Subject
@@ -67,14 +68,14 @@ def open_pair(seen: Atoms, seen_from: Atoms, radius: float | None = None) -> Sub
     ``radius``: of all balls; None: van der Waals radii, as molecules have in each other's eyes.
     """
     atoms = Atoms([*seen.symbols, *seen_from.symbols], np.concatenate([seen.positions, seen_from.positions]))
-    radii = molecules.van_der_waals_radii(atoms.symbols) if radius is None else radius
+    radii = van_der_waals_radii(atoms.symbols) if radius is None else radius
     weights = np.repeat([1.0, 0.0], [len(seen), len(seen_from)])
     return replace(molecules.open_molecule(atoms, radii), weights=weights)
 
 
 def surface_points(atoms: Atoms) -> tuple[Floats, Integers]:
     """Return points (P, 3) of the surface of a molecule, and the atom (P,) of each."""
-    reach = molecules.van_der_waals_radii(atoms.symbols) + PROBE
+    reach = van_der_waals_radii(atoms.symbols) + PROBE
     directions = icosphere(POINTS_LEVEL)[0]
     points = (atoms.positions[:, None] + reach[:, None, None] * directions).reshape(-1, 3)
     owner = np.repeat(np.arange(len(atoms)), len(directions))
@@ -102,7 +103,7 @@ def find_sites(
     if {"picture", "neighbours"} & set(measures.get(name).needs):
         raise SettingsError(f"'{name}' needs views as images, and from a surface all directions are seen; use another.")
     points, atom = surface_points(seen_from)
-    free = ~is_within(points, seen.positions, molecules.van_der_waals_radii(seen.symbols))
+    free = ~is_within(points, seen.positions, van_der_waals_radii(seen.symbols))
     points, atom = points[free], atom[free]
     if not len(points):
         raise SceneError("The molecules fill each other: no point of the surface of the second one is free.")

@@ -26,7 +26,7 @@ def look(
 ) -> list[Floats]:
     """Return a picture (rows, size, 3) of each view in [0, 1], encoded as sRGB; the lens determines the rows.
 
-    ``colours``: (Z, 3), linear, of the surfaces; by default the diffuse reflectance of their materials.
+    ``colours``: (F, 3), linear, of the faces; by default the diffuse reflectance of their materials.
     """
     return [look_once(subject, viewpoints[k : k + 1], lens, size, colours) for k in range(len(viewpoints))]
 
@@ -49,8 +49,8 @@ def look_once(subject: Subject, viewpoint: Viewpoints, lens: Lens, size: int, co
         colour = mi.Color3f(dr.clip(reflectance, 0.02, 1.0))
     else:
         table = upload(mi.Float, colours)
-        surface = subject.surface(intersection)
-        colour = mi.Color3f(*(dr.gather(mi.Float, table, 3 * surface + k, hit) for k in range(3)))
+        face = subject.face(intersection)
+        colour = mi.Color3f(*(dr.gather(mi.Float, table, 3 * face + k, hit) for k in range(3)))
     cosine = dr.abs(dr.dot(interaction.sh_frame.n, ray.d))
     shaded = dr.select(hit, colour * (AMBIENT + (1 - AMBIENT) * cosine), BACKGROUND)
     image = np.array(shaded, np.float64).T.reshape(rows, FINER, size, FINER, 3).mean(axis=(1, 3))

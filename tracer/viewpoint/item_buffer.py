@@ -129,6 +129,7 @@ class Traced:
     viewpoint: Any
     """Number of the viewpoint within the batch."""
     hit: Any
+    """Whether a surface was hit, not the background, and nothing that counts as background."""
     surface: Any
     depth: Any
     """Distance along the viewing direction from the eye."""
@@ -157,7 +158,8 @@ def trace(
     intersection = subject.scene.ray_intersect_preliminary(ray, coherent=not rays.random)
     from_eye = ray.o - gather_rows(viewpoints.eyes, viewpoint)
     depth = dr.dot(from_eye + intersection.t * ray.d, gather_rows(viewpoints.forward, viewpoint))
-    return Traced(viewpoint, intersection.is_valid(), subject.surface(intersection), depth, weight)
+    surface = subject.surface(intersection)
+    return Traced(viewpoint, surface < dr.opaque(mi.UInt32, subject.count), surface, depth, weight)
 
 
 def world_ray(

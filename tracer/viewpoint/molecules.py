@@ -1,30 +1,36 @@
-"""Molecules and crystals: atoms as balls, each one surface (the paper, section 4.5).
+"""Molecules and crystals: atoms as balls, each one surface, and bonds as sticks (the paper, section 4.5).
 
 Lengths are in Angstrom.
 """
 
 from __future__ import annotations
 
-import mitsuba as mi
+from dataclasses import replace
+from typing import Literal
+
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tracer.core.arrays import Floats
-from tracer.core.device import upload
-from tracer.core.sphere import icosphere, normalised
+from tracer.core.arrays import Floats, Integers
 from tracer.errors import SettingsError
-from tracer.image.colour import decode_srgb
+from tracer.scene.mesh_files import DIGITS
 from tracer.viewpoint.atom_files import Atoms
-from tracer.viewpoint.surfaces import Subject, open_subject
+from tracer.viewpoint.balls_and_sticks import faces_of_ball, scene_of
+from tracer.viewpoint.elements import van_der_waals_radii
+from tracer.viewpoint.surfaces import NO_MESH, NOT_COUNTED, Subject, open_subject
 
-BALL_LEVEL = 2
-"""An atom is an icosphere of this level, which has 320 faces."""
-MOST_ATOMS = 20_000
+MOST_ATOMS = 200_000
 """A subject has at most this many atoms."""
 MOST_TRIED = 5_000_000
 """A ball is cut out of at most this many atoms."""
-COVALENT_SHARE = 0.5
-"""Balls have this share of the covalent radius unless a radius is given, as in a ball-and-stick model."""
+BALL_SHARE = 0.25
+"""Balls with sticks have this share of the van der Waals radius unless a radius is given."""
+STICK = 0.14
+"""Radius of a stick; it is at most half that of the smallest ball."""
+BOND = "bond"
+"""Bonds that count have this name."""
+Style = Literal["ball-and-stick", "space-filling"]
+"""How atoms are shown: as small balls with bonds between them, or as balls of the size that they have for others."""
 
 
 def repeat(atoms: Atoms, times: tuple[int, int, int]) -> Atoms:
@@ -95,65 +101,65 @@ def zone_axes(atoms: Atoms, most: int = 2) -> Floats:
     return directions / np.linalg.norm(directions, axis=1, keepdims=True)
 
 
-def open_molecule(atoms: Atoms, radius: float | Floats | None = None) -> Subject:
-    """Return atoms as a subject in which each atom is a surface, which has the name of its element.
+def recentred(atoms: Atoms) -> tuple[Atoms, Floats]:
+    """Return atoms near enough to the origin for single precision, and where their origin was (3,)."""
+    low, high = atoms.positions.min(axis=0), atoms.positions.max(axis=0)
+    middle: Floats = (low + high) / 2
+    if np.abs(middle).max() * DIGITS <= max(float(np.linalg.norm(high - low)), 1.0):
+        return atoms, np.zeros(3)
+    return replace(atoms, positions=atoms.positions - middle), middle
 
-    ``radius``: of all balls, or of each (N,), in Angstrom; None: half the covalent radius of each atom. Raises
-    SettingsError.
+
+def ball_radii(atoms: Atoms, style: Style, radius: float | Floats | None = None) -> Floats:
+    """Return the radii (N,) of the balls; ``radius``: of all, or of each (N,), instead of what the style has.
+
+    Raises SettingsError for a radius that is not positive.
     """
-    require_few(len(atoms))
     if radius is not None and not (np.all(np.asarray(radius) > 0) and np.all(np.isfinite(radius))):
         raise SettingsError(f"The radius of atoms must be positive, not {radius}.")
-    radii = COVALENT_SHARE * covalent_radii(atoms.symbols) if radius is None else np.full(len(atoms), radius)
-    points, faces = icosphere(BALL_LEVEL)
-    # Scaled to the mean projected area of the ball that it stands for: a quarter of the area of any convex body.
-    a, b, c = points[faces].transpose(1, 0, 2)
-    points = points * np.sqrt(8 * np.pi / np.linalg.norm(np.cross(b - a, c - a), axis=-1).sum())
-    vertices = atoms.positions[:, None] + radii[:, None, None] * points
-    triangles = np.arange(len(atoms))[:, None, None] * len(points) + faces
-    mesh = mi.Mesh("atoms", vertices.size // 3, triangles.size // 3, has_vertex_normals=True)
-    parameters = mi.traverse(mesh)
-    parameters["vertex_positions"] = upload(mi.Float, vertices)
-    parameters["vertex_normals"] = upload(mi.Float, np.tile(normalised(points), (len(atoms), 1)))
-    parameters["faces"] = upload(mi.UInt32, triangles)
-    parameters.update()
-    scene = mi.load_dict({"type": "scene", "atoms": mesh})
-    return open_subject(scene, groups=np.repeat(np.arange(len(atoms)), len(faces)), names=atoms.symbols)
+    if radius is not None:
+        return np.full(len(atoms), radius, np.float64)
+    return van_der_waals_radii(atoms.symbols) * (BALL_SHARE if style == "ball-and-stick" else 1.0)
+
+
+def open_molecule(
+    atoms: Atoms,
+    radius: float | Floats | None = None,
+    bonds: Integers | None = None,
+    count_bonds: bool = False,
+    style: Style = "ball-and-stick",
+) -> Subject:
+    """Return atoms as a subject in which each atom is a surface, which has the name of its element.
+
+    The faces are ``faces_of_ball`` of each atom, and then two halves of each of ``bonds`` (B, 2), by default none.
+    ``radius`` and ``style``: see ``ball_radii``. ``count_bonds``: whether each bond is a surface, too. Else bonds hide
+    what lies behind them and count as background: every share stays a share of the same image, whatever is measured
+    and with however few rays. Raises SettingsError.
+    """
+    require_few(len(atoms))
+    radii = ball_radii(atoms, style, radius)
+    bonds = np.zeros((0, 2), np.int64) if bonds is None else bonds
+    stick = min(STICK, float(radii.min()) / 2)
+    count = len(atoms)
+    bond_surfaces = count + np.arange(len(bonds)) if count_bonds else np.full(len(bonds), NOT_COUNTED)
+    subject = open_subject(
+        scene_of(atoms.positions, radii, bonds, stick),
+        groups=np.concatenate([np.repeat(np.arange(count), faces_of_ball(count)), np.repeat(bond_surfaces, 2)]),
+        names=[*atoms.symbols, *([BOND] * len(bonds) if count_bonds else [])],
+    )
+    areas = 4 * np.pi * radii**2
+    if count_bonds:
+        first, second = bonds.T
+        length = np.linalg.norm(atoms.positions[first] - atoms.positions[second], axis=1)
+        within = np.sqrt(radii**2 - stick**2)  # how far the side of a stick reaches into a ball
+        areas = np.append(areas, 2 * np.pi * stick * np.maximum(length - within[first] - within[second], 0.0))
+    # Tighter than a box around the sticks. Without a mesh, as the corners of the solids that stand for balls are no
+    # part of a molecule: their curvature would be that of an icosahedron.
+    radius_of_all = float((np.linalg.norm(atoms.positions - subject.centre, axis=1) + radii).max())
+    return replace(subject, areas=areas, radius=radius_of_all, mesh=NO_MESH)
 
 
 def require_few(count: int, most: int = MOST_ATOMS) -> None:
     """Raise SettingsError if ``count`` atoms are more than ``most``."""
     if count > most:
         raise SettingsError(f"{count} atoms are more than {most}; cut out a smaller ball, or repeat the cell less.")
-
-
-def covalent_radii(symbols: list[str]) -> Floats:
-    """Return covalent radii (N,) by element (B. Cordero and others, Dalton Transactions, 2008); 0.7 if unknown."""
-    from ase.data import covalent_radii as table
-
-    return radii_by_element(symbols, table, 0.7)
-
-
-def van_der_waals_radii(symbols: list[str]) -> Floats:
-    """Return van der Waals radii (N,) by element (S. Alvarez, Dalton Transactions, 2013); 2 if unknown."""
-    from ase.data.vdw_alvarez import vdw_radii
-
-    return radii_by_element(symbols, vdw_radii, 2.0)
-
-
-def radii_by_element(symbols: list[str], table: Floats, unknown: float) -> Floats:
-    """Return radii (N,) from a table by atomic number, in which number 0 is no element; ``unknown``: if it has none."""
-    from ase.data import atomic_numbers
-
-    numbers = np.array([atomic_numbers.get(symbol, 0) for symbol in symbols])
-    radii = np.array([table[number] if number < len(table) else np.nan for number in numbers], np.float64)
-    return np.where((numbers > 0) & np.isfinite(radii), radii, unknown)
-
-
-def colours_of(symbols: list[str]) -> Floats:
-    """Return colours (N, 3) of atoms by element, linear sRGB: those of Jmol, which chemists know."""
-    from ase.data import atomic_numbers
-    from ase.data.colors import jmol_colors
-
-    encoded = np.array([jmol_colors[atomic_numbers.get(symbol, 0)] for symbol in symbols], np.float64)
-    return decode_srgb(encoded)

@@ -1,4 +1,4 @@
-"""Plots: the sphere of viewpoints coloured by a measure, and sheets of pictures."""
+"""Plots: the sphere of viewpoints coloured by a measure."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from tracer.core.sphere import frame, normalised
 from tracer.io import atomic
 
 
-def figure(width: float, height: float) -> Any:
+def figure(width: float, height: float, layout: str | None = "constrained") -> Any:
     """Return an empty figure, ``width`` x ``height`` inches, that no window shows."""
     from matplotlib.figure import Figure
 
-    return Figure(figsize=(width, height), layout="constrained")
+    return Figure(figsize=(width, height), layout=layout)  # type: ignore[arg-type]
 
 
 def save(plot: Any, path: Path, dpi: int = 110) -> None:
@@ -76,7 +76,7 @@ def draw_sphere(
                 axis.plot(x, y, "x", color="red", markersize=7, markeredgewidth=2)
                 inward = -4 if x[0] > 0 else 4
                 side = "right" if x[0] > 0 else "left"
-                text = axis.annotate(name, (x[0], y[0]), fontsize=7, xytext=(inward, 4), textcoords="offset points")
+                text = axis.annotate(name, (x[0], y[0]), fontsize=8, xytext=(inward, 4), textcoords="offset points")
                 text.set(color="white", ha=side, path_effects=[withStroke(linewidth=2, foreground="black")])
         finish(axis, "from below" if below else "from above")
     return patches
@@ -146,17 +146,4 @@ def sphere_plot(
         patches = draw_sphere(axes, directions, triangles, values, up, way, marks[k] if marks else None)
         panel.suptitle(titles[k], fontsize=10)
         panel.colorbar(patches, ax=list(axes), shrink=0.8)
-    save(plot, path)
-
-
-def sheet(path: Path, pictures: Sequence[Floats], captions: Sequence[str], across: int) -> None:
-    """Write pictures (H, W, 3) with captions, ``across`` a row."""
-    down = -(-len(pictures) // across)
-    plot = figure(2.3 * across, 2.55 * down)
-    axes = plot.subplots(down, across, squeeze=False)
-    for axis in axes.flat:
-        axis.axis("off")
-    for axis, picture, caption in zip(axes.flat, pictures, captions, strict=False):
-        axis.imshow(picture, interpolation="nearest")
-        axis.set_title(caption, fontsize=8)
     save(plot, path)

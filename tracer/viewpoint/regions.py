@@ -93,8 +93,8 @@ def look_through_blocks(
 def regions(subject: Subject, ray: Any, rays: int, shape: tuple[int, ...]) -> Regions:
     """Trace rays that are ordered by region, ``rays`` for each, and return the regions in ``shape``."""
     intersection = subject.scene.ray_intersect_preliminary(ray)
-    hit = intersection.is_valid()
-    surface = dr.select(hit, subject.surface(intersection), subject.count)
+    surface = subject.surface(intersection)
+    hit = surface < dr.opaque(mi.UInt32, subject.count)
     dr.eval(surface, hit)
     same = multiplicity(surface, rays)
     return Regions(subject.count, same.numpy().reshape(*shape, rays), hit.numpy().reshape(*shape, rays))

@@ -10,43 +10,24 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from tracer.core.arrays import Floats
-from tracer.core.extras import require_package
 from tracer.errors import SceneError, SettingsError
 from tracer.scene import mesh_files
 from tracer.scene.load import LOAD_ERRORS, load
 from tracer.scene.load_errors import load_error
 from tracer.scene.mesh_scene import shapes_of
 from tracer.scene.validate import require_faces
-from tracer.viewpoint import atom_files, molecules
-from tracer.viewpoint.docking import Pair, open_pair
+from tracer.viewpoint import atom_files
+from tracer.viewpoint.atom_source import Shown, open_atoms, open_pair_of_atoms
+from tracer.viewpoint.docking import Pair
 from tracer.viewpoint.light import shown_by_light
-from tracer.viewpoint.surfaces import Subject, open_subject
+from tracer.viewpoint.opened import Opened
+from tracer.viewpoint.surfaces import open_subject
 from tracer.viewpoint.weights import weighted, with_weights
 
 SERIALIZED = ".serialized"
 """Suffix of Mitsuba's own mesh files, which it reads itself."""
 UP_IS_Z = (".stl", ".3mf")
 """In mesh files with these suffixes z is usually the upward axis; in others it is y."""
-
-
-@dataclass(frozen=True)
-class Opened:
-    """A subject, and how views of its kind are made."""
-
-    subject: Subject
-    colours: Floats | None = None
-    """(Z, 3): colours of the surfaces in pictures, linear sRGB; None if the scene has its own."""
-    orthographic: bool = False
-    """Whether the subject is looked at with parallel rays, as molecules are."""
-    axes: Floats | None = None
-    """(N, 3): directions that a search should try, as atoms line up along them."""
-    crystal: bool = False
-    """Whether the subject is a part of a lattice."""
-    up: tuple[float, float, float] = (0.0, 0.0, 1.0)
-    """Upward direction: the axis nearest to that of the scene's camera; for a mesh see ``up_of_file``."""
-    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Place in the file of the origin of the subject: a mesh that is far away is brought near."""
 
 
 @dataclass(frozen=True)
@@ -63,38 +44,24 @@ class Counted:
     """Whether surfaces count as well as the scene's light shows them."""
 
 
-@dataclass(frozen=True)
-class Crystal:
-    """What to do with atoms before they are looked at."""
-
-    repeat: tuple[int, int, int] | None = None
-    """How many times the cell is repeated along each of its vectors."""
-    cut: float | None = None
-    """Radius of the ball that is cut out, in Angstrom."""
-    radius: float | None = None
-    """Radius of all atoms, in Angstrom; None: it depends on the element."""
-
-    @property
-    def asked(self) -> bool:
-        """Whether any of the three was asked for."""
-        return any(value is not None for value in (self.repeat, self.cut, self.radius))
-
-
-def open_source(path: Path, counted: Counted | None = None, crystal: Crystal | None = None) -> Opened:
+def open_source(path: Path, counted: Counted | None = None, shown: Shown | None = None) -> Opened:
     """Return the subject that a file holds. Raises SceneError or SettingsError.
 
     Of a molecule the surfaces are the atoms, so that ``counted`` can have weights alone, by element.
     """
-    counted, crystal = counted or Counted(), crystal or Crystal()
+    counted, shown = counted or Counted(), shown or Shown()
     if path.suffix.lower() in atom_files.SUFFIXES:
         if counted.surfaces is not None or counted.groups or counted.by_light:
             raise SettingsError(
                 f"The surfaces of a molecule are its atoms, without light: leave out 'surfaces', 'group' and "
                 f"'by-light' for '{path}'."
             )
-        opened = open_atoms(path, crystal)
-    elif crystal.asked:
-        raise SettingsError(f"Repeating, cutting and the radius of atoms are for molecules, and '{path}' is none.")
+        opened = open_atoms(path, shown)
+    elif shown != Shown():
+        raise SettingsError(
+            "Repeating, cutting, models, assemblies, style, bonds and the radius of atoms are for molecules, and "
+            f"'{path}' is none."
+        )
     else:
         opened = open_scene_file(path, counted)
     subject = opened.subject
@@ -145,48 +112,14 @@ def up_of_file(path: Path) -> tuple[float, float, float]:
     return (0.0, 0.0, 1.0) if path.suffix.lower() in UP_IS_Z else (0.0, 1.0, 0.0)
 
 
-def open_atoms(path: Path, crystal: Crystal) -> Opened:
-    """Return a molecule or crystal as a subject.
-
-    A crystal that is neither to be repeated nor to be cut is cut to a ball, as a single cell shows little.
-    """
-    original = atoms = read_molecule(path)
-    if crystal.repeat is not None:
-        atoms = molecules.repeat(atoms, crystal.repeat)
-    if crystal.cut is not None:
-        atoms = molecules.ball(atoms, crystal.cut)
-    elif crystal.repeat is None and atoms.cell is not None:
-        atoms = molecules.ball(atoms, float(np.linalg.norm(atoms.cell, axis=1).max()) * 1.5)
-    return Opened(
-        molecules.open_molecule(atoms, crystal.radius),
-        colours=molecules.colours_of(atoms.symbols),
-        orthographic=True,
-        axes=molecules.zone_axes(original),
-        crystal=original.cell is not None,
-    )
-
-
-def read_molecule(path: Path) -> atom_files.Atoms:
-    """Return the atoms of a file. Raises SceneError, or MissingPackageError without ASE."""
-    require_package("ase", "ase", f"'{path}' is a molecule, and reading it", "view")
-    return atom_files.read_atoms(path)
-
-
-def open_pair_of_files(path: Path, other: Path, counted: Counted, crystal: Crystal) -> tuple[Opened, Pair]:
+def open_pair_of_files(path: Path, other: Path, counted: Counted, shown: Shown) -> tuple[Opened, Pair]:
     """Return a molecule as it is seen from another one, and both; see ``tracer.viewpoint.docking``.
 
     The other one hides what lies behind it and does not count. Raises SceneError or SettingsError.
     """
-    for molecule in (path, other):
-        if molecule.suffix.lower() not in atom_files.SUFFIXES:
-            raise SettingsError(f"From a surface, molecules are looked at, and '{molecule}' is none by its name.")
-    if crystal.repeat is not None or crystal.cut is not None or counted.surfaces or counted.groups or counted.by_light:
-        raise SettingsError(
-            "With --from, atoms are taken as they are: leave out repeat, cut, surfaces, group, by-light."
-        )
-    pair = Pair(read_molecule(path), read_molecule(other))
-    subject = open_pair(pair.seen, pair.seen_from, crystal.radius)
+    if counted.surfaces or counted.groups or counted.by_light:
+        raise SettingsError("With --from, surfaces are atoms, without light: leave out surfaces, group, by-light.")
+    opened, pair = open_pair_of_atoms(path, other, shown)
     if counted.weights:
-        subject = weighted(subject, counted.weights)
-    colours = molecules.colours_of([*pair.seen.symbols, *pair.seen_from.symbols])
-    return Opened(subject, colours=colours), pair
+        opened = replace(opened, subject=weighted(opened.subject, counted.weights))
+    return opened, pair

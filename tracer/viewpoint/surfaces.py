@@ -2,7 +2,8 @@
 
 What counts as a surface is a choice: a *face* (a triangle of a mesh, or any other primitive, such as a sphere), a
 *shape*, all shapes that share a *bsdf*, faces of the same value of an attribute, or groups of faces that the caller
-numbers (atoms). An instance counts as one surface.
+numbers (atoms). An instance counts as one surface. A face may be of no surface, as sticks between atoms are: it hides
+what lies behind it, and counts as background.
 """
 
 from __future__ import annotations
@@ -29,6 +30,9 @@ NEAREST = 1e-5
 
 Below it, coordinates in single precision have fewer than two digits left for what differs within the subject.
 """
+
+NOT_COUNTED = -1
+"""Number of the surface of faces that are of none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +66,10 @@ class Mesh:
         return self.joining[1][self.triangles]
 
 
+NO_MESH = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64), np.zeros(0, np.int64))
+"""The mesh of a subject that has none."""
+
+
 @dataclass(frozen=True, eq=False)
 class Subject:
     """A scene and its surfaces, numbered from 0."""
@@ -85,7 +93,7 @@ class Subject:
     first_face: Any
     """mi.UInt32: number of the first face of each shape, by Mitsuba's number of the shape."""
     surface_of_face: Any
-    """mi.UInt32: surface of each face; None if the faces are the surfaces."""
+    """mi.UInt32: surface of each face, Z if it is of none; None if the faces are the surfaces."""
 
     @property
     def count(self) -> int:
@@ -102,14 +110,20 @@ class Subject:
         """Whether some surfaces count more than others."""
         return bool(np.any(self.weights != 1))
 
-    def surface(self, intersection: Any) -> Any:
-        """Return the surface (mi.UInt32) that each preliminary intersection hits; for a miss, any number below Z."""
+    def face(self, intersection: Any) -> Any:
+        """Return the face (mi.UInt32) that each preliminary intersection hits; for a miss, any number."""
         hit = intersection.is_valid()
         instance, shape = numbers_hit(intersection)
         is_instance = instance != 0
         face = dr.gather(mi.UInt32, self.first_face, dr.select(is_instance, instance, shape), hit)
-        face += dr.select(hit & ~is_instance, intersection.prim_index, 0)
-        return face if self.surface_of_face is None else dr.gather(mi.UInt32, self.surface_of_face, face, hit)
+        return face + dr.select(hit & ~is_instance, intersection.prim_index, 0)
+
+    def surface(self, intersection: Any) -> Any:
+        """Return the surface (mi.UInt32) that each preliminary intersection hits; Z for background."""
+        hit, face = intersection.is_valid(), self.face(intersection)
+        if self.surface_of_face is not None:
+            face = dr.gather(mi.UInt32, self.surface_of_face, face, hit)
+        return dr.select(hit, face, dr.opaque(mi.UInt32, self.count))
 
 
 def open_subject(
@@ -122,8 +136,8 @@ def open_subject(
     """Return a loaded ``mi.Scene`` as a subject.
 
     ``surfaces`` and ``patterns``: see ``number_surfaces``. ``groups``: the surface of every face in the order of the
-    scene's shapes, instead of both, and ``names``: the names of these surfaces. Raises SceneError for a scene without
-    shapes, SettingsError for an unknown kind of surface.
+    scene's shapes, or NOT_COUNTED, instead of both, and ``names``: the names of these surfaces. Raises SceneError for a
+    scene without shapes, SettingsError for an unknown kind of surface.
     """
     shapes = list(scene.shapes())
     counts = np.array([shape.primitive_count() for shape in shapes], np.int64)
@@ -142,7 +156,8 @@ def open_subject(
     radius = float(np.linalg.norm(points - centre, axis=-1).max())
     check_size(centre, radius)
     faces_are_surfaces = groups is None and surfaces == "face" and not patterns
-    areas = np.bincount(surface, face_areas, int(surface.max()) + 1).astype(np.float64)
+    counted = surface != NOT_COUNTED
+    areas = np.bincount(surface[counted], face_areas[counted], int(surface.max()) + 1).astype(np.float64)
     return Subject(
         scene=scene,
         areas=areas,
@@ -154,7 +169,7 @@ def open_subject(
         centre=centre,
         radius=radius,
         first_face=table_by_shape(shapes, first_faces),
-        surface_of_face=None if faces_are_surfaces else upload(mi.UInt32, surface),
+        surface_of_face=None if faces_are_surfaces else upload(mi.UInt32, np.where(counted, surface, len(areas))),
     )
 
 
@@ -171,29 +186,31 @@ def check_size(centre: Floats, radius: float) -> None:
 
 
 def gather_mesh(shapes: list[Any], counts: Integers, surface: Integers) -> tuple[Mesh, Floats]:
-    """Return the triangles of all meshes, and the true area of every face."""
+    """Return the triangles of all meshes that are of a surface, and the true area of every face."""
     vertices, triangles, surfaces, areas = [], [], [], []
     vertex_count = first_face = 0
     for shape, count in zip(shapes, counts, strict=True):
         if shape.is_mesh():
             positions = np.array(shape.vertex_positions_buffer(), np.float64).reshape(-1, 3)
             faces = np.array(shape.faces_buffer(), np.int64).reshape(-1, 3)
-            used, faces = np.unique(faces, return_inverse=True)  # unused vertices would widen the sphere
-            positions, faces = positions[used], faces.reshape(-1, 3)
-            vertices.append(positions)
-            triangles.append(faces + vertex_count)
-            surfaces.append(surface[first_face : first_face + count])
             a, b, c = positions[faces].transpose(1, 0, 2)
             areas.append(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=-1))
+            surface_of_faces = surface[first_face : first_face + count]
+            counted = surface_of_faces != NOT_COUNTED
+            used = np.zeros(len(positions), bool)  # unused vertices would widen the sphere
+            used[faces[counted]] = True
+            positions = positions[used]
+            vertices.append(positions)
+            triangles.append((np.cumsum(used) - 1)[faces[counted]] + vertex_count)
+            surfaces.append(surface_of_faces[counted])
             vertex_count += len(positions)
         elif count:
             areas.append(np.full(count, area_of(shape) / count))
         first_face += count
-    empty: Floats = np.zeros((0, 3))
     mesh = Mesh(
-        np.concatenate([empty, *vertices]),
-        np.concatenate([empty.astype(np.int64), *triangles]),
-        np.concatenate([np.zeros(0, np.int64), *surfaces]),
+        np.concatenate([NO_MESH.vertices, *vertices]),
+        np.concatenate([NO_MESH.triangles, *triangles]),
+        np.concatenate([NO_MESH.surface, *surfaces]),
     )
     return mesh, np.concatenate(areas)
 

@@ -8,17 +8,19 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, cast, get_args
 
 import typer
 
 from tracer.cli import options
 
 if TYPE_CHECKING:
+    from tracer.viewpoint.atom_source import Shown
     from tracer.viewpoint.direction_measure import Stand
+    from tracer.viewpoint.opened import Opened
     from tracer.viewpoint.reports.context import ViewContext
     from tracer.viewpoint.room import Room
-    from tracer.viewpoint.source import Counted, Crystal, Opened
+    from tracer.viewpoint.source import Counted
 
 Three = tuple[float, float, float]
 MEASURES = """
@@ -89,7 +91,21 @@ class ViewOptions:
         tuple[int, int, int] | None, typer.Option(help="Repeat the cell of a crystal this many times.")
     ] = None
     cut: Annotated[float | None, typer.Option(help="Cut a ball of this radius out of a crystal, in Angstrom.")] = None
-    atom_radius: Annotated[float | None, typer.Option(help="Radius of atoms in Angstrom. (by element)")] = None
+    style: Annotated[str | None, typer.Option(help="Atoms as ball-and-stick or space-filling. (ball-and-stick)")] = None
+    atom_radius: Annotated[float | None, typer.Option(help="Radius of atoms in Angstrom. (by element and style)")] = (
+        None
+    )
+    count_bonds: Annotated[
+        bool,
+        typer.Option(
+            "--count-bonds",
+            help="Bonds count as surfaces, as atoms do. (they hide what is behind them, and count as background)",
+        ),
+    ] = False
+    model: Annotated[str | None, typer.Option(help="Number of a model in a PDB or mmCIF file. (the first)")] = None
+    assembly: Annotated[
+        str | None, typer.Option(help="Name of a biological assembly in a PDB or mmCIF file. (atoms as in the file)")
+    ] = None
     inside: Annotated[
         bool | None,
         typer.Option(
@@ -140,11 +156,18 @@ def counted_of(view: ViewOptions) -> Counted:
     return Counted(view.surfaces, tuple(view.group or ()), weights_from_text(view.weight or ()), view.by_light)
 
 
-def crystal_of(view: ViewOptions) -> Crystal:
-    """Return what to do with atoms."""
-    from tracer.viewpoint.source import Crystal
+def shown_of(view: ViewOptions) -> Shown:
+    """Return which atoms are looked at, and how they are shown. Raises SettingsError."""
+    from tracer.errors import SettingsError
+    from tracer.viewpoint.atom_source import Shown
+    from tracer.viewpoint.biomolecules import Part
+    from tracer.viewpoint.molecules import Style
 
-    return Crystal(view.repeat, view.cut, view.atom_radius)
+    if view.style is not None and view.style not in get_args(Style):
+        raise SettingsError(f"Unknown style '{view.style}'; choose one of {', '.join(get_args(Style))}.")
+    style = cast("Style | None", view.style)
+    part = Part(view.model, view.assembly)
+    return Shown(view.repeat, view.cut, view.atom_radius, style, view.count_bonds, part)
 
 
 @contextmanager
@@ -172,10 +195,10 @@ def view_context(
 
     pair = None
     if other is None:
-        opened = open_source(view.source, counted_of(view), crystal_of(view))
+        opened = open_source(view.source, counted_of(view), shown_of(view))
     else:
         require_unset(view, "side", "random", "distance", "centre", "orthographic", "inside")
-        opened, pair = open_pair_of_files(view.source, other, counted_of(view), crystal_of(view))
+        opened, pair = open_pair_of_files(view.source, other, counted_of(view), shown_of(view))
     if view.spp:
         require_light(opened.subject)
     parallel = opened.orthographic if view.orthographic is None else view.orthographic
@@ -184,6 +207,8 @@ def view_context(
     room = room_of(view, opened, standpoint) if may_be_inside and pair is None else None
     folder_is_new = not view.output.exists()
     prepare_folder(view.output, view.overwrite, results)
+    for remark in () if view.quiet else opened.remarks:
+        typer.echo(remark)
     try:
         with steps(view.quiet) as progress:
             rays = Rays(random=view.random) if view.random else Rays(side=view.side)

@@ -8,6 +8,15 @@ import typer
 
 from tracer.cli.view import common
 
+LEAST_GAIN = 0.02
+"""By default, views end when none would show well another such share of the area that can be seen."""
+REASONS = {
+    "enough": "",
+    "views": " by as many views as were asked for",
+    "gain": ", and no other view would show well another {gain} of it (--gain)",
+}
+"""What is said of why views end."""
+
 
 @common.with_view_options("random", "inside")
 def cover(
@@ -24,12 +33,21 @@ def cover(
     enough: Annotated[
         float, typer.Option(help="End when this share of the visible area is shown well.", min=0.01, max=1)
     ] = 0.99,
-    most: Annotated[int | None, typer.Option(help="End after this many views.", min=1)] = None,
+    gain: Annotated[
+        float | None,
+        typer.Option(
+            help="End when no other view would show well another such share of the visible area. "
+            "(0.02; with --views: 0)",
+            min=0,
+            max=1,
+        ),
+    ] = None,
+    views: Annotated[int | None, typer.Option(help="End after this many views.", min=1)] = None,
     level: common.Level = 2,
 ) -> None:
-    """Choose the fewest views that show everything well, for modelling from images.
+    """Choose few views that show nearly everything well, for modelling from images.
 
-    Example: tracer view cover bunny.ply -o cover
+    Example: tracer view cover bunny.ply -o cover. With --gain 0 --enough 1 views are chosen until all is shown well.
     """
     from tracer.cli.show import simple_table
     from tracer.errors import SettingsError
@@ -38,13 +56,16 @@ def cover(
 
     if rule not in get_args(Rule):
         raise SettingsError(f"Unknown rule '{rule}'; choose one of {', '.join(get_args(Rule))}.")
+    least_gain = gain if gain is not None else 0.0 if views is not None else LEAST_GAIN
     with common.view_context(view, report.FILES) as context:
-        lines, view_set = report.cover_report(context, level, quality, cast(Rule, rule), most, enough)
+        lines, view_set = report.cover_report(context, level, quality, cast(Rule, rule), views, enough, least_gain)
         count = context.opened.subject.count
     if view.quiet:
         return
     simple_table(report.HEADINGS, lines)
     typer.echo(
-        f"{len(view_set.unseen)} of {count} surfaces, {100 * view_set.unseen_area:.1f} % of the area, "
-        f"are seen from nowhere; {len(view_set.dropped)} views became superfluous"
+        f"{len(view_set.missing)} of {count} surfaces, {100 * view_set.missing_share:.1f} % of the visible area, "
+        f"are not shown well{REASONS[view_set.ended].format(gain=f'{100 * least_gain:g} %')}. {len(view_set.unseen)}, "
+        f"{100 * view_set.unseen_area:.1f} % of the whole area, are seen from nowhere. {len(view_set.dropped)} views "
+        "became superfluous."
     )

@@ -22,6 +22,9 @@ def tour(
     ] = "start",
     frames: Annotated[int, typer.Option(help="Pictures of the film.", min=2, max=10000)] = 121,
     size: Annotated[int, typer.Option(help="Width and height of the pictures.", min=16, max=4096)] = 320,
+    film: Annotated[
+        str, typer.Option(help="Name of the film: it ends with .webp (an animation) or .mp4 (a video, H.264).")
+    ] = "tour.webp",
 ) -> None:
     """Explore with a camera that starts at the best view, and make a film.
 
@@ -30,6 +33,7 @@ def tour(
     from tracer.cli.show import simple_table
     from tracer.errors import OutputError, SettingsError
     from tracer.viewpoint import measures as known
+    from tracer.viewpoint.films import require_film_maker
     from tracer.viewpoint.reports import tour as report
     from tracer.viewpoint.reports.tour_inside import tour_inside
     from tracer.viewpoint.tour import Avoided
@@ -39,11 +43,12 @@ def tour(
         raise SettingsError(f"A tour avoids {' or '.join(get_args(Avoided))}, not '{avoid}'.")
     if not view.overwrite and any(view.output.glob("frame[0-9][0-9][0-9][0-9].png")):
         raise OutputError(f"'{view.output}' has frames of another tour; choose another folder, or --overwrite.")
-    with common.view_context(view, report.FILES, may_be_inside=True) as context:
-        film = report.Film(frames, size)
+    require_film_maker(film)
+    with common.view_context(view, (film, *report.FILES), may_be_inside=True) as context:
+        shown = report.Film(frames, size, film)
         if context.room is None:
-            lines = report.tour(context, measure, steps, step, film, cast(Avoided, avoid))
+            lines = report.tour(context, measure, steps, step, shown, cast(Avoided, avoid))
         else:
-            lines = tour_inside(context, context.room, measure, steps, film, cast(Avoided, avoid))
+            lines = tour_inside(context, context.room, measure, steps, shown, cast(Avoided, avoid))
     if not view.quiet:
         simple_table(report.HEADINGS, lines, measure)

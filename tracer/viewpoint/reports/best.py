@@ -80,6 +80,7 @@ def best(
         "eye": view.eyes[0].tolist(),
         "target": context.stand.centre.tolist(),
         "origin": list(context.opened.origin),
+        "remarks": list(context.opened.remarks),
         "up": view.up[0].tolist(),
         "value": gauge.sign * winner.value,
         "stderr": float(gauge.estimate(view).stderr[0]) if gauge.estimated else None,

@@ -57,6 +57,8 @@ def best_site(context: ViewContext, pair: Pair, name: str, good: measures.Best |
         "atom": int(rows[0][0]),
         "element": str(rows[0][1]),
         "eye": eye.tolist(),
+        "origin": list(context.opened.origin),
+        "remarks": list(context.opened.remarks),
         "direction": forward.tolist(),
         "value": float(rows[0][-1]),
         "points": len(sites.points),

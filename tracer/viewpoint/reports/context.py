@@ -18,9 +18,9 @@ from tracer.viewpoint.headlight import look
 from tracer.viewpoint.item_buffer import Rays, Viewpoints
 from tracer.viewpoint.lens import Lens
 from tracer.viewpoint.measures import Best, get
+from tracer.viewpoint.opened import Opened
 from tracer.viewpoint.rendered import render_views
 from tracer.viewpoint.room import Room
-from tracer.viewpoint.source import Opened
 
 THUMBNAIL = 220
 """Pictures are by default this many pixels wide."""

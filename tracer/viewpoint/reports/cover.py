@@ -6,21 +6,19 @@ import numpy as np
 
 from tracer.core.sphere import icosphere
 from tracer.io import atomic
-from tracer.viewpoint import plots
+from tracer.viewpoint import plots, sheets
 from tracer.viewpoint.camera import write_sensors
 from tracer.viewpoint.cover import Cover, Rule, cover
 from tracer.viewpoint.reports.context import ViewContext, csv, name_direction, require_sight
 
 FILES = ("views.png", "sphere.png", "views.csv", "cameras.xml")
-"""The report writes files of these names."""
+"""The report writes files of these names; many views go on several pages, ``views-2.png`` ..."""
 HEADINGS = ("view", "from", "shown well")
 """The columns of the table have these headings."""
-ACROSS = 4
-"""The sheet has at most this many pictures in a row."""
 
 
 def cover_report(
-    context: ViewContext, level: int, quality: float, rule: Rule, most: int | None, enough: float
+    context: ViewContext, level: int, quality: float, rule: Rule, most: int | None, enough: float, gain: float = 0.0
 ) -> tuple[list[list[str]], Cover]:
     """Write ``FILES``; return the lines of the table under ``HEADINGS``, and the set of views."""
     directions, triangles = icosphere(level)
@@ -34,6 +32,7 @@ def cover_report(
         rule,
         most,
         enough,
+        gain,
         told=lambda count, covered: context.say(f"{count} views", round(1000 * covered), 1000),
     )
     require_sight(len(view_set.unseen) < context.opened.subject.count)
@@ -42,9 +41,9 @@ def cover_report(
     shares = [f"{100 * share:.1f} %" for share in view_set.covered]
     if len(chosen):
         captions = [f"{k + 1}: {name}\n{share}" for k, (name, share) in enumerate(zip(names, shares, strict=True))]
-        plots.sheet(
-            context.folder / "views.png", context.pictures(views[view_set.chosen]), captions, min(ACROSS, len(chosen))
-        )
+        layout = sheets.lay_out(len(chosen), lines=2)
+        pictures = context.pictures(views[view_set.chosen], layout.size)
+        sheets.write_sheet(context.folder / "views.png", pictures, captions, layout)
     closeness = (directions @ chosen.T).max(axis=1) if len(chosen) else np.zeros(len(directions))
     marks = {str(k + 1): direction for k, direction in enumerate(chosen)}
     nearest = np.degrees(np.arccos(np.clip(closeness, -1, 1)))

@@ -8,16 +8,18 @@ import numpy as np
 
 from tracer.core.sphere import icosphere, neighbours
 from tracer.io import atomic
-from tracer.viewpoint import measures, plots
+from tracer.viewpoint import measures, plots, sheets
 from tracer.viewpoint.reports.context import ViewContext, apart, csv, name_direction, number
 from tracer.viewpoint.survey import survey
 
 FILES = ("views.csv", "measures.png", "best_and_worst.png")
-"""The report writes files of these names."""
+"""The report writes files of these names; many measures go on several pages, ``measures-2.png`` ..."""
 HEADINGS = ("measure", "good is", "best view", "value", "worst view", "value", "median")
 """The columns of the table have these headings."""
 SHOWN = 3
 """The sheet shows this many of the best, and as many of the worst, views of each measure."""
+SPHERES = 4
+"""A page shows this many measures as spheres."""
 
 
 def measure(context: ViewContext, names: Sequence[str], level: int) -> list[list[str]]:
@@ -58,19 +60,25 @@ def measure(context: ViewContext, names: Sequence[str], level: int) -> list[list
             f"{name}\n{'best' if k < SHOWN else 'worst'} {values[name][view]:.4g}" for k, view in enumerate(extremes)
         ]
     context.say("pictures", 0, 2)
-    plots.sphere_plot(
-        context.folder / "measures.png",
-        [f"{name} (good: {measures.get(name).best})" for name in names],
-        directions,
-        triangles,
-        [values[name] for name in names],
-        stand.up,
-        marks=marks,
-    )
+    pages = sheets.pages_of(context.folder / "measures.png", -(-len(names) // SPHERES))
+    for number_of_page, page in enumerate(pages):
+        part = slice(number_of_page * SPHERES, (number_of_page + 1) * SPHERES)
+        plots.sphere_plot(
+            page,
+            [f"{name} (good: {measures.get(name).best})" for name in names[part]],
+            directions,
+            triangles,
+            [values[name] for name in names[part]],
+            stand.up,
+            marks=marks[part],
+        )
+    sheets.remove_later_pages(pages[0], len(pages))
     context.say("pictures", 1, 2)
     unique = sorted(set(chosen))
-    pictures = dict(zip(unique, context.pictures(views[np.array(unique)]), strict=True))
-    plots.sheet(context.folder / "best_and_worst.png", [pictures[k] for k in chosen], captions, 2 * SHOWN)
+    layout = sheets.lay_out(len(chosen), lines=2, columns=2 * SHOWN)
+    pictures = dict(zip(unique, context.pictures(views[np.array(unique)], layout.size), strict=True))
+    sheet = context.folder / "best_and_worst.png"
+    sheets.write_sheet(sheet, [pictures[k] for k in chosen], captions, layout)
     columns = {name: values[name] for name in names} | stderr
     rows = [[*directions[k], *(column[k] for column in columns.values())] for k in range(len(directions))]
     atomic.write_text(context.folder / "views.csv", csv(("x", "y", "z", *columns), rows))

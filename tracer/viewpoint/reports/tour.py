@@ -6,37 +6,37 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tracer.core.arrays import Floats
-from tracer.core.extras import require_package
 from tracer.core.sphere import angle, icosphere
 from tracer.io import atomic, exr
 from tracer.viewpoint import plots
 from tracer.viewpoint.camera import write_sensors
 from tracer.viewpoint.direction_measure import Gauge
+from tracer.viewpoint.films import require_film_maker, write_film
 from tracer.viewpoint.item_buffer import Viewpoints
 from tracer.viewpoint.lens import Lens
 from tracer.viewpoint.reports.context import ViewContext, csv, name_direction, number, require_sight
 from tracer.viewpoint.search import exhaustive_search
 from tracer.viewpoint.tour import Avoided, carried, explore, smooth
 
-FILES = ("tour.webp", "path.png", "path.csv", "cameras.xml")
-"""The report writes files of these names, and frames."""
+FILES = ("path.png", "path.csv", "cameras.xml")
+"""The report writes files of these names, frames, and a film."""
+FILM = "tour.webp"
+"""The film has this name, unless another is asked for."""
 HEADINGS = ("step", "view", "value", "weight", "from start")
 """The columns of the table have these headings."""
 LEVEL = 2
 """The best view is searched, and the measure drawn, on an icosphere of this level."""
-FRAMES_PER_SECOND = 25
-"""The film shows this many frames per second."""
 
 
 @dataclass(frozen=True)
 class Film:
-    """How many pictures a film has, and how many pixels wide they are."""
+    """How many pictures a film has, how many pixels wide they are, and its name, which decides its format."""
 
     frames: int
     size: int
+    name: str = FILM
 
 
 def tour(
@@ -45,9 +45,9 @@ def tour(
     """Write ``FILES`` and ``frame0000.png`` ...; return the lines of the table under ``HEADINGS``.
 
     The tour has ``steps`` steps of ``step`` degrees from the best view on. ``avoided``: what the camera keeps away
-    from. Raises MissingPackageError without Pillow, SceneError if no view sees anything.
+    from. Raises MissingPackageError without what writes the film, SceneError if no view sees anything.
     """
-    require_film_maker()
+    require_film_maker(film.name)
     gauge = context.gauge(name)
     directions, triangles = icosphere(LEVEL)
     context.say("best view", 0, 1)
@@ -89,7 +89,7 @@ def write_frames(context: ViewContext, viewpoints: Viewpoints, film: Film, lens:
         picture = context.pictures(viewpoints[k : k + 1], film.size, lens)[0]
         exr.write_png(context.folder / f"frame{k:04d}.png", picture)
         pictures.append(np.rint(np.clip(picture, 0, 1) * 255).astype(np.uint8))
-    write_film(context.folder / "tour.webp", pictures)
+    write_film(context.folder / film.name, pictures)
     for frame in context.folder.glob("frame[0-9][0-9][0-9][0-9].png"):
         if int(frame.stem[5:]) >= len(viewpoints):
             frame.unlink()  # left by a longer tour
@@ -108,19 +108,3 @@ def goodness(gauge: Gauge, values: Floats) -> Any:
         return np.where(gauge.seen, np.maximum(measured if gauge.sign > 0 else worst - measured, 0.0), 0.0)
 
     return good
-
-
-def require_film_maker() -> Any:
-    """Return the module ``PIL.Image``, which writes films. Raises MissingPackageError if it is not installed."""
-    return require_package("PIL.Image", "Pillow", "The film of a tour", "view")
-
-
-def write_film(path: Any, pictures: list[NDArray[np.uint8]]) -> None:
-    """Write pictures (H, W, 3) as an animation that plays forwards and backwards without end."""
-    Image = require_film_maker()
-    images = [Image.fromarray(picture) for picture in pictures]
-    images += images[-2:0:-1]
-    with atomic.whole(path) as temporary:
-        images[0].save(
-            temporary, save_all=True, append_images=images[1:], duration=1000 // FRAMES_PER_SECOND, loop=0, quality=80
-        )

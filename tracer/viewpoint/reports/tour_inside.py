@@ -8,11 +8,12 @@ from tracer.core.arrays import Floats, evenly_chosen
 from tracer.io import atomic
 from tracer.viewpoint import plots
 from tracer.viewpoint.camera import write_sensors
+from tracer.viewpoint.films import require_film_maker
 from tracer.viewpoint.inside import LENS, Pose, best_inside, viewpoints_of
 from tracer.viewpoint.item_buffer import Rays
 from tracer.viewpoint.reports.context import ViewContext, csv, name_direction, number, require_sight
 from tracer.viewpoint.reports.floor_plan import empty_plan, flat, value_of_views
-from tracer.viewpoint.reports.tour import Film, require_film_maker, write_frames
+from tracer.viewpoint.reports.tour import Film, write_frames
 from tracer.viewpoint.room import Room
 from tracer.viewpoint.tour import Avoided
 from tracer.viewpoint.walk import smooth_walk, walk
@@ -27,9 +28,9 @@ def tour_inside(
     """Write the files of ``tour``; return the lines of the table under its headings.
 
     The walk has ``steps`` steps from the best view on, each to a place beside it. ``avoided``: what the camera keeps
-    away from. Raises MissingPackageError without Pillow, SceneError if no view sees anything.
+    away from. Raises MissingPackageError without what writes the film, SceneError if no view sees anything.
     """
-    require_film_maker()
+    require_film_maker(film.name)
     preferred = context.good(name)
     value = value_of_views(context, room, name, preferred)
     start, _, _, values = best_inside(room, value, context.rays)
