@@ -17,14 +17,18 @@ SHOWN = ("method", "relMSE", "SSIM", "FLIP", "seconds", "gain, samples", "gain, 
 """Headings of the columns that the terminal shows; the files have all columns."""
 
 
+WRAPPED = ("picture", "surface", "material")
+"""Headings of columns of names, which may be long."""
+
+
 def simple_table(headings: Sequence[str], lines: Sequence[Sequence[str]], title: str | None = None) -> None:
-    """Print a table without a frame. Only columns of gains and of file names may wrap."""
+    """Print a table without a frame. Only columns of gains and of names may wrap."""
     table = Table(
         title=title and Text(title), title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0)
     )
     for heading in headings:
         is_gain = heading.startswith("gain")
-        wraps = is_gain or heading == "picture"
+        wraps = is_gain or heading in WRAPPED
         table.add_column(heading, no_wrap=not wraps, min_width=7 if is_gain else None, overflow="fold")
     for line in lines:
         table.add_row(*(Text(cell) for cell in line))
