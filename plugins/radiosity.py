@@ -24,6 +24,9 @@ the integrator again. ``hide_emitters`` has no effect.
  * - show
    - |string|
    - What the picture shows: ``gather`` (light gathered anew), ``smooth`` or ``patches``. (Default: gather)
+ * - quantity
+   - |string|
+   - What a pixel holds: ``radiance``, or the ``irradiance`` of what is seen. (Default: radiance)
  * - spread
    - |string|
    - How the rays of a patch are spread: ``guided`` to where the radiance that is seen varies, ``evenly`` in a lattice,
@@ -49,11 +52,14 @@ the integrator again. ``hide_emitters`` has no effect.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import drjit as dr
 import mitsuba as mi
+import numpy as np
 
+from tracer.core.arrays import Floats
 from tracer.errors import SettingsError
 from tracer.progress import StepCallback
 from tracer.radiosity.direct import silent
@@ -61,7 +67,7 @@ from tracer.radiosity.final_gather import FinalGather, carried
 from tracer.radiosity.gathering import Solution, solve
 from tracer.radiosity.groups import neighbours
 from tracer.radiosity.guide import Guidance, make_guide
-from tracer.radiosity.hemisphere import Division, See
+from tracer.radiosity.hemisphere import Division
 from tracer.radiosity.meshing import EXTENT, cut, extent
 from tracer.radiosity.patches import Patches, by_face
 from tracer.radiosity.remarks import remarks
@@ -72,6 +78,10 @@ from tracer.radiosity.warp import Warp
 
 METHODS, SHOWN = ("gathering", "shooting"), ("gather", "smooth", "patches")
 """Values of the parameter ``method``, and of the parameter ``show``."""
+QUANTITIES = ("radiance", "irradiance")
+"""Values of the parameter ``quantity``."""
+Look = Callable[[Any], Any]
+"""From rays (mi.Ray3f) to the radiance (mi.Color3f), or the irradiance, of what they hit."""
 DIVISION = Division(Guidance().kind, Guidance().threshold, depth=2, rays=256, widest=0.5)
 """How hemispheres are divided for ``gather``: with 28 rays a patch, and twice as many in the smallest groups."""
 
@@ -86,6 +96,7 @@ class RadiosityIntegrator(mi.SamplingIntegrator):
         self.residual = float(props.get("residual", 1e-5))
         self.method = str(props.get("method", "gathering"))
         self.show = str(props.get("show", "gather"))
+        self.quantity = str(props.get("quantity", "radiance"))
         self.spread = str(props.get("spread", "evenly" if self.method == "shooting" else "guided"))
         threshold = float(props["threshold"]) if "threshold" in props else None
         depth = int(props["depth"]) if "depth" in props else None
@@ -94,12 +105,13 @@ class RadiosityIntegrator(mi.SamplingIntegrator):
             raise SettingsError("radiosity: size must be positive or 0, residual in (0, 1), rays from 1 to 2^20.")
         if self.method not in METHODS or self.show not in SHOWN:
             raise SettingsError(f"radiosity: method is one of {', '.join(METHODS)}; show, of {', '.join(SHOWN)}.")
+        if self.quantity not in QUANTITIES:
+            raise SettingsError(f"radiosity: quantity is one of {', '.join(QUANTITIES)}, not '{self.quantity}'.")
         self.rules = chosen_spread(self.spread, self.method, threshold, depth)
         self.scene: mi.Scene | None = None
         self.patches: Patches
         self.solution: Solution | ShootingSolution
-        self.see: See
-        self.smooth: Smooth | None = None
+        self.looks: dict[str, Look]
         self.final: FinalGather
 
     def prepare_scene(self, scene: mi.Scene, on_step: StepCallback = silent) -> None:
@@ -127,8 +139,12 @@ class RadiosityIntegrator(mi.SamplingIntegrator):
                 guide = make_guide(see, groups, DIVISION, guidance, patches.faces, self.seed)
                 warp = Warp(guide) if len(guide.share) else None
             self.final = FinalGather(scene, patches, radiosity, warp)
-        self.see = patches.see(radiosity)
-        self.smooth = Smooth(patches, radiosity) if self.show == "smooth" else None
+        else:
+            irradiance = self.solution.irradiance
+            self.looks = {
+                "radiance": look(patches, radiosity, self.show, True),
+                "irradiance": look(patches, np.pi * irradiance, self.show, False),
+            }
         on_step("ready", 1, 1)
         self.patches, self.scene = patches, scene
 
@@ -142,19 +158,33 @@ class RadiosityIntegrator(mi.SamplingIntegrator):
         self.prepare_scene(scene)
         primal_ray = mi.Ray3f(ray.o, ray.d)
         if self.show == "gather":
-            return *self.final.radiance(scene, primal_ray, sampler, active), []
-        return self.look(primal_ray), scene.ray_test(primal_ray) & active, []
-
-    def look(self, ray: Any) -> Any:
-        """Return the radiance (mi.Color3f) of the patches that rays hit."""
-        _, radiance = self.see(ray)
-        if self.smooth is None:
-            return radiance
-        intersection = self.patches.scene.ray_intersect_preliminary(ray)
-        return dr.select(intersection.is_valid(), self.smooth.at(intersection, ray), radiance)
+            draw = self.final.irradiance if self.quantity == "irradiance" else self.final.radiance
+            return *draw(scene, primal_ray, sampler, active), []
+        return self.looks[self.quantity](primal_ray), scene.ray_test(primal_ray) & active, []
 
     def to_string(self) -> str:
-        return f"RadiosityIntegrator[size={self.size}, rays={self.rays}, method={self.method}, show={self.show}]"
+        return (
+            f"RadiosityIntegrator[size={self.size}, rays={self.rays}, method={self.method}, show={self.show}, "
+            f"quantity={self.quantity}]"
+        )
+
+
+def look(patches: Patches, radiosity: Floats, show: str, surroundings: bool) -> Look:
+    """Return what rays see of a radiosity (P, 3): its radiance, of patches or smoothed.
+
+    ``surroundings``: whether rays that miss see the environment; they see 0 otherwise.
+    """
+    see = patches.see(radiosity, surroundings)
+    smooth = Smooth(patches, radiosity) if show == "smooth" else None
+
+    def seen(ray: Any) -> Any:
+        _, radiance = see(ray)
+        if smooth is None:
+            return radiance
+        intersection = patches.scene.ray_intersect_preliminary(ray)
+        return dr.select(intersection.is_valid(), smooth.at(intersection, ray), radiance)
+
+    return seen
 
 
 mi.register_integrator("radiosity", RadiosityIntegrator)

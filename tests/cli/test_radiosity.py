@@ -1,11 +1,16 @@
 """Command ``radiosity``: what it writes, and one sentence for a mistake."""
 
+import csv
+
+import meshio
 import numpy as np
 import pytest
+import trimesh
 from typer.testing import CliRunner
 
 from tracer.cli.app import app
 from tracer.errors import TracerError
+from tracer.image.colour import LUMINANCE
 from tracer.io import exr
 
 SCENE = """<scene version="3.0.0">
@@ -89,3 +94,105 @@ def test_a_mistake_is_one_sentence_and_writes_nothing(arguments, extra, sentence
         call(scene(tmp_path, extra=extra), "-o", tmp_path / "out.png", *arguments)
     assert "\n" not in str(caught.value)
     assert not (tmp_path / "out.png").exists()
+
+
+FEW = ("--spp", 4, "--rays", 64, "--patch", 0.5)
+
+
+def test_illuminance_by_pixel_and_by_surface(tmp_path):
+    files = [tmp_path / name for name in ("lux.png", "lux.exr", "lux.csv")]
+    named = [argument for path in files for argument in ("--illuminance", path)]
+    said = call(scene(tmp_path), *named, "--efficacy", 2, "--spp", 64, "--rays", 64, "--patch", 0.5)
+    assert "uniformity" in said
+    assert "lux.csv" in said
+    names, values, about = exr.read_exr(files[1])
+    assert names == ["Y"]
+    assert about["unit"] == "lux"
+    assert float(about["efficacy"]) == 2
+    a = 1 / 6
+    factor = 4 * a / np.sqrt(1 + a * a) * np.arctan(a / np.sqrt(1 + a * a)) / np.pi
+    middle = 2 * np.pi * 9 * factor
+    assert values[8, 12, 0] == pytest.approx(middle, rel=0.03)
+    assert values[0, 0, 0] == 0
+    table = list(csv.DictReader(files[2].open()))
+    floor = next(row for row in table if row["surface"] == "floor")
+    assert float(floor["area"]) == pytest.approx(4)
+    assert float(floor["greatest"]) == pytest.approx(middle, rel=0.03)
+    assert float(floor["uniformity"]) == pytest.approx(float(floor["least"]) / float(floor["mean"]), rel=1e-3)
+    assert files[0].stat().st_size > 0
+
+
+@pytest.mark.parametrize("method", ["gathering", "shooting"])
+def test_patches_and_their_light_are_exported_without_a_picture(tmp_path, method):
+    files = [tmp_path / "patches.vtu", tmp_path / "patches.glb"]
+    said = call(scene(tmp_path), "--export", files[0], "--export", files[1], "--method", method, *FEW)
+    assert "uniformity" not in said
+    mesh = meshio.read(files[0])
+    columns = {name: column for name, (column,) in mesh.cell_data.items()}
+    assert columns["radiosity"] == pytest.approx(columns["emitted"] + columns["albedo"] * columns["irradiance"])
+    assert columns["illuminance"] == pytest.approx(683 * columns["irradiance"] @ LUMINANCE)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["patches.glb", "patches.vtu", "scene.xml"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ([], "nothing to write; name a file with -o, --illuminance or --export"),
+        (["-o", "a.png", "--illuminance", "a.png"], "'a.png' cannot hold two things"),
+        (["-o", "a.png", "--logarithmic"], "--logarithmic is the scale of false colours"),
+        (["--illuminance", "a.csv", "--logarithmic"], "--logarithmic is the scale of false colours"),
+        (["-o", "a.png", "--efficacy", "683"], "--efficacy makes lux of light"),
+        (["--illuminance", "a.png", "--efficacy", "0"], "lumens above 0"),
+        (["--illuminance", "a.jpg"], "'a.jpg' must end in .png or .exr or .csv"),
+        (["--export", "a.vtk"], "'a.vtk' must end in .vtu or .glb"),
+    ],
+)
+def test_wishes_that_cannot_be_met_are_refused_in_one_sentence(tmp_path, monkeypatch, arguments, sentence):
+    path = scene(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(TracerError, match=sentence) as caught:
+        call(path, *arguments)
+    assert "\n" not in str(caught.value)
+    assert [found.name for found in tmp_path.iterdir()] == ["scene.xml"]
+
+
+def model(path):
+    """Write a table of brass on a floor of plaster."""
+    parts = trimesh.Scene()
+    for name, material, metallic, extents, height in (
+        ("table", "brass", 1.0, [1, 0.2, 1], 0.5),
+        ("floor", "plaster", 0.0, [3, 0.1, 3], 0.0),
+    ):
+        box = trimesh.creation.box(extents)
+        box.apply_translation([0, height, 0])
+        look = trimesh.visual.material.PBRMaterial(name=material, metallicFactor=metallic, roughnessFactor=1.0)
+        box.visual = trimesh.visual.TextureVisuals(material=look)
+        parts.add_geometry(box, node_name=name, geom_name=name)
+    parts.export(path)
+    return path
+
+
+def test_a_mesh_alone_is_solved_in_a_neutral_light_and_its_materials_are_named(tmp_path):
+    few = ["--spp", 2, "--rays", 32, "--size", 40]
+    said = call(model(tmp_path / "model.glb"), "-o", tmp_path / "out.png", "--illuminance", tmp_path / "lux.csv", *few)
+    assert "material 'brass' of 'table'" in said
+    assert "BSDF" not in said
+    rows = {row["surface"]: row for row in csv.DictReader((tmp_path / "lux.csv").open())}
+    assert {name: row["material"] for name, row in rows.items() if name != "lamp"} == {
+        "table": "brass",
+        "floor": "plaster",
+    }
+    assert float(rows["table"]["mean"]) > 0
+
+
+@pytest.mark.parametrize("suffix", [".obj", ".ply", ".stl"])
+def test_meshes_of_other_formats(tmp_path, suffix):
+    trimesh.creation.icosphere(1).export(tmp_path / f"ball{suffix}")
+    few = ["--spp", 1, "--rays", 8, "--size", 24, "--patch", 1]
+    call(tmp_path / f"ball{suffix}", "-o", tmp_path / "out.png", *few)
+    assert (tmp_path / "out.png").exists()
+
+
+def test_a_mesh_that_is_not_there_is_one_sentence(tmp_path):
+    with pytest.raises(TracerError, match="There is no mesh"):
+        call(tmp_path / "none.glb", "-o", tmp_path / "out.png")

@@ -87,6 +87,34 @@ def test_round_shapes():
         assert found.mean() == pytest.approx(path.mean(), rel=0.005)
 
 
+@pytest.mark.parametrize("method", ["gathering", "shooting"])
+@pytest.mark.parametrize("show", ["gather", "smooth", "patches"])
+def test_irradiance_does_not_depend_on_what_is_seen(show, method):
+    """Under an even sky of radiance 1 it is pi wherever a ball is seen, whatever its colour, and 0 beside it."""
+    grey = {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.1, 0.9, 0.0]}}
+    film = {"type": "hdrfilm", "width": 16, "height": 16, "rfilter": {"type": "box"}}
+    view = mi.ScalarTransform4f().look_at([0, 6, 0.5], [0, 0, 0], [0, 0, 1])
+    loaded = mi.load_dict(
+        {
+            "type": "scene",
+            "sky": {"type": "constant"},
+            "ball": {"type": "sphere", "bsdf": grey},
+            "sensor": {"type": "perspective", "to_world": view, "film": film},
+        }
+    )
+    settings = {"size": 0.2, "show": show, "method": method, "quantity": "irradiance"}
+    found = mi.render(loaded, integrator=mi.load_dict({"type": "radiosity", **settings}), spp=1024).numpy()[..., :3]
+    # A sample deviates by 1.1, the mean of 16,384 by 0.0084: false alarms at 4.5 of them are below 1 in 100,000.
+    assert found[6:10, 6:10].mean() == pytest.approx(np.pi, abs=0.038)
+    assert np.ptp(found[6:10, 6:10], axis=-1).max() < 1e-4
+    assert not found[0, 0].any()
+
+
+def test_a_wrong_quantity():
+    with pytest.raises((SettingsError, RuntimeError), match="quantity is one of radiance, irradiance, not 'lux'"):
+        mi.load_dict({"type": "radiosity", "quantity": "lux"})
+
+
 def test_smooth_is_smoother_than_patches(box):
     pictures = {}
     for show in ("smooth", "patches"):

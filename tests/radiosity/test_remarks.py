@@ -5,6 +5,7 @@ import pytest
 
 import tracer
 from tracer.radiosity.remarks import remarks
+from tracer.scene.load import load
 
 FOG = {"type": "homogeneous", "albedo": 0.8, "sigma_t": 1.0}
 MEDIA = "Media are left out, as radiosity knows only surfaces: "
@@ -35,6 +36,15 @@ def scene(**parts):
 )
 def test_what_is_shown_otherwise_is_named(parts, expected):
     assert remarks(mi.load_dict(scene(**parts))) == expected
+
+
+def test_materials_are_named_with_their_shapes():
+    tin = {"type": "ref", "id": "tin"}
+    parts = {"tin": {"type": "conductor"}, "pan": {"type": "cube", "bsdf": tin}, "lid": {"type": "disk", "bsdf": tin}}
+    parts |= {"glass": {"type": "dielectric"}, "pane": {"type": "cube", "bsdf": {"type": "ref", "id": "glass"}}}
+    parts |= {"fork": {"type": "cube", "bsdf": {"type": "roughconductor"}}}
+    named = "material 'glass' of 'pane', material 'tin' of 2 shapes, 'fork'"
+    assert remarks(load(scene(**parts))) == [f"Not diffuse, and shown as if they were: {named}."]
 
 
 def test_shapes_of_one_name_are_counted():

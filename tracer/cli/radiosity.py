@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
@@ -40,8 +41,21 @@ class Shown(StrEnum):
 
 
 def radiosity(
-    scene: options.SceneFile,
-    output: Annotated[Path, typer.Option("--output", "-o", help="Picture to write: .exr or .png.")],
+    scene: Annotated[Path, typer.Argument(help="Mitsuba scene file (XML), or a mesh.", show_default=False)],
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Picture to write: .exr or .png.")] = None,
+    illuminance: Annotated[
+        list[Path] | None,
+        typer.Option(help="Illuminance in lux: .png (false colours), .exr or .csv (by surface); may be repeated."),
+    ] = None,
+    logarithmic: Annotated[bool, typer.Option("--logarithmic", help="Make the scale of false colours so.")] = False,
+    efficacy: Annotated[
+        float | None,
+        typer.Option(help="Lumens in a unit of light: 1 for scenes in lumens. (683)", show_default=False),
+    ] = None,
+    export: Annotated[
+        list[Path] | None,
+        typer.Option(help="Patches to write: .vtu (ParaView) or .glb (glTF); may be repeated."),
+    ] = None,
     patch: Annotated[float | None, typer.Option(help="Longest edge of a patch. (a 40th of the extent)")] = None,
     rays: Annotated[int, typer.Option(help="Rays that every patch gathers with.", min=1, max=1 << 20)] = 256,
     residual: Annotated[float, typer.Option(help="Share of the power the last round may change.")] = 1e-5,
@@ -66,8 +80,12 @@ def radiosity(
 ) -> None:
     """Solve the radiosity of a scene of diffuse surfaces, and show it with its camera.
 
-    Example: tracer radiosity scene.xml -o out.exr
+    Illuminance is 683 lm/W times the luminance of the irradiance, whose red,
+    green and blue, in W/m^2, are amounts of the sRGB primaries.
+
+    Example: tracer radiosity room.xml -o room.exr --illuminance lux.png --export patches.vtu
     """
+    from tracer.cli import illuminance as lighting
     from tracer.cli import signals
     from tracer.cli.progress import steps, watch
     from tracer.core import backend
@@ -79,7 +97,10 @@ def radiosity(
     from tracer.session.render import render_request
     from tracer.session.request import PictureFile, Request
 
-    atomic.check_output(output, overwrite)
+    if output is not None:
+        atomic.check_output(output, overwrite)
+    wishes = lighting.Wishes(illuminance or [], export or [], logarithmic, efficacy)
+    wishes.check(output, overwrite)
     layer_choice = chosen_layers(layers)
     if patch is not None and not 0 < patch < float("inf"):
         raise SettingsError(f"The edge of a patch is a length above 0, not {patch:g}.")
@@ -89,14 +110,15 @@ def radiosity(
     import mitsuba as mi
 
     from tracer.radiosity.spread import chosen_spread
+    from tracer.viewpoint.showcase import is_mesh_file, showcase
 
     default_spread = Spread.evenly if method is Method.shooting else Spread.guided
     chosen_spread((spread or default_spread).value, method.value, threshold, depth)  # refuses what cannot be
 
-    loaded_scene = load_scene(scene)
+    loaded_scene = showcase(scene) if is_mesh_file(scene) else load_scene(scene)
     loaded = loaded_scene.scene
     if strict and (not_diffuse := other_than_diffuse(loaded)):
-        raise SceneError(f"These shapes of '{scene}' are not diffuse: {', '.join(not_diffuse)}; leave out --strict.")
+        raise SceneError(f"Parts of '{scene}' are not diffuse: {', '.join(not_diffuse)}; leave out --strict.")
     if strict and (media := with_media(loaded)):
         raise SceneError(f"Radiosity leaves out the media of '{scene}': {', '.join(media)}; leave out --strict.")
     parameters: dict[str, Any] = {"size": patch or 0.0, "rays": rays, "residual": residual, "seed": seed}
@@ -113,28 +135,23 @@ def radiosity(
         integrator.prepare_scene(loaded, on_step)
     for sentence in [] if quiet else remarks(loaded):
         typer.echo(sentence, err=True)
-    with watch("Rendering", quiet) as progress:
-        picture = PictureFile(output, overwrite, layer_choice)
-        settings = {"spp": spp, "seed": seed}
-        result = render_request(
-            Request(
-                loaded_scene,
-                settings,
-                sensor=sensor,
-                integrator=integrator,
-                size=size,
-                progress=progress,
-                picture=picture,
-            )
-        )
+    request = Request(loaded_scene, {"spp": spp, "seed": seed}, sensor=sensor, integrator=integrator, size=size)
+    complete = True
+    if output is not None:
+        with watch("Rendering", quiet) as progress:
+            picture = PictureFile(output, overwrite, layer_choice)
+            complete = render_request(replace(request, progress=progress, picture=picture)).report.complete
+    if complete:
+        complete = lighting.write(wishes, integrator, request, quiet)
     if not quiet:
         solution = integrator.solution
+        written = [str(path) for path in (output, *wishes.illuminance, *wishes.export) if path is not None]
         typer.echo(
             f"{len(integrator.patches)} patches, {100 * solution.guided:.0f} % of them guided, "
             f"{solution.rays / 1e6:.1f} million rays, {solution.rounds} rounds, "
-            f"residual {solution.residual:.1e}; {output}"
+            f"residual {solution.residual:.1e}; {', '.join(written)}"
         )
         if abs(getattr(solution, "energy", 1.0) - 1) > TOLERABLE:
             typer.echo(f"The rays of a patch carry {100 * solution.energy:.1f} % of its energy: the result is biased.")
-    if not result.report.complete:
+    if not complete:
         raise typer.Exit(signals.exit_code())

@@ -19,12 +19,14 @@ SHOWN = ("method", "relMSE", "SSIM", "FLIP", "seconds", "gain, samples", "gain, 
 
 METHOD_WIDTH = 12
 """Characters of a line of a method's name where a table is wider than the terminal."""
+WRAPPED = ("picture", "surface", "material")
+"""Headings of columns of names, which may be long."""
 
 
 def simple_table(headings: Sequence[str], lines: Sequence[Sequence[str]], title: str | None = None) -> None:
     """Print a table without a frame, so that a terminal of 80 columns shows all of a study's table.
 
-    Only gains, methods and file names may wrap: gains before their intervals, methods between words.
+    Only gains, methods and names may wrap: gains before their intervals, methods between words.
     """
     console = Console(markup=False)
     table = Table(
@@ -36,7 +38,7 @@ def simple_table(headings: Sequence[str], lines: Sequence[Sequence[str]], title:
         padding=(0, 1, 0, 0),
     )
     for heading in headings:
-        table.add_column(heading, no_wrap=heading != "picture", overflow="fold")
+        table.add_column(heading, no_wrap=heading not in WRAPPED, overflow="fold")
     for line in narrowed(headings, lines, console.width):
         table.add_row(*(Text(cell) for cell in line))
     console.print(table)

@@ -8,6 +8,7 @@ group of patches saw radiance vary.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import drjit as dr
@@ -25,6 +26,20 @@ MIDDLING = 0.5 / np.pi
 """Density per steradian of rays distributed as the cosine, 60 degrees from the normal; ``carried`` uses it for all."""
 
 
+@dataclass(frozen=True)
+class Seen:
+    """What rays hit."""
+
+    surface: Any
+    """mi.SurfaceInteraction3f."""
+    patch: Any
+    """mi.UInt32; NOTHING where no patch is."""
+    normal: Any
+    """mi.Vector3f: shading normal on the side that is seen."""
+    lit: Any
+    """mi.Bool: whether the side that is seen can reflect light."""
+
+
 class FinalGather:
     """Radiance of places that are seen, gathered from the radiosity of patches."""
 
@@ -37,18 +52,36 @@ class FinalGather:
 
     def radiance(self, scene: Any, ray: Any, sampler: Any, active: Any) -> tuple[Any, Any]:
         """Return the radiance (mi.Color3f) along rays of a scene, and whether they hit anything."""
+        seen = self.seen(scene, ray, active)
+        emitted = mi.Color3f(seen.surface.emitter(scene, active).eval(seen.surface, active))
+        arriving = self.arriving(scene, seen, sampler, active)
+        reflected = self.reflectance(seen.surface, seen.patch, seen.lit) * arriving
+        return emitted + dr.select(seen.lit, reflected, 0), seen.surface.is_valid() & active
+
+    def irradiance(self, scene: Any, ray: Any, sampler: Any, active: Any) -> tuple[Any, Any]:
+        """Return the irradiance (mi.Color3f) of what rays hit, on the side that is seen, and whether they hit anything.
+
+        It is 0 on a back that reflects nothing, which is no patch.
+        """
+        seen = self.seen(scene, ray, active)
+        arriving = self.arriving(scene, seen, sampler, active)
+        return dr.select(seen.lit, dr.pi * arriving, 0), seen.surface.is_valid() & active
+
+    def seen(self, scene: Any, ray: Any, active: Any) -> Seen:
+        """Return what rays of a scene hit."""
         intersection = scene.ray_intersect_preliminary(ray, active=active)
         surface = intersection.compute_surface_interaction(ray, mi.RayFlags.All, active)
-        hit = surface.is_valid()
-        emitted = mi.Color3f(surface.emitter(scene, active).eval(surface, active))
         patch = self.patch(scene, intersection, surface, ray)
         # Light is gathered on the side that is seen, if this side reflects at all.
         front = surface.wi.z > 0
-        lit = hit & (front | mi.has_flag(surface.bsdf().flags(), mi.BSDFFlags.BackSide))
-        normal = mi.Vector3f(dr.select(front, 1, -1) * surface.sh_frame.n)
-        gathered = self.gathered(scene, surface, patch, normal, sampler.next_2d(active), lit)
-        direct = self.from_lights(scene, surface, patch, normal, sampler.next_2d(active), lit)
-        return emitted + dr.select(lit, self.reflectance(surface, patch, lit) * (gathered + direct), 0), hit & active
+        lit = surface.is_valid() & (front | mi.has_flag(surface.bsdf().flags(), mi.BSDFFlags.BackSide))
+        return Seen(surface, patch, mi.Vector3f(dr.select(front, 1, -1) * surface.sh_frame.n), lit)
+
+    def arriving(self, scene: Any, seen: Seen, sampler: Any, active: Any) -> Any:
+        """Return an estimate of the irradiance over pi (mi.Color3f) of what is seen, from one ray and one light."""
+        gathered = self.gathered(scene, seen.surface, seen.patch, seen.normal, sampler.next_2d(active), seen.lit)
+        direct = self.from_lights(scene, seen.surface, seen.patch, seen.normal, sampler.next_2d(active), seen.lit)
+        return gathered + direct
 
     def patch(self, scene: Any, intersection: Any, surface: Any, ray: Any) -> Any:
         """Return the patch (mi.UInt32) at places that rays hit.

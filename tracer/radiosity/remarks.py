@@ -7,6 +7,7 @@ from typing import Any
 
 from tracer.radiosity.albedo import not_diffuse
 from tracer.radiosity.tessellate import name_of
+from tracer.scene.shape_names import material_name
 
 
 def remarks(scene: Any) -> list[str]:
@@ -17,8 +18,16 @@ def remarks(scene: Any) -> list[str]:
 
 
 def other_than_diffuse(scene: Any) -> list[str]:
-    """Return the names of shapes whose material is not purely diffuse."""
-    return counted(shape for shape in scene.shapes() if shape.bsdf() is not None and not_diffuse(shape.bsdf()))
+    """Return what is not purely diffuse: materials by name, with their shapes, and shapes whose material has none."""
+    shapes = [shape for shape in scene.shapes() if shape.bsdf() is not None and not_diffuse(shape.bsdf())]
+    by_material: dict[str, list[Any]] = {}
+    for shape in shapes:
+        by_material.setdefault(material_name(shape.bsdf()), []).append(shape)
+    nameless = counted(by_material.pop("", []))
+    return [
+        f"material '{name}' of {', '.join(counted(bearers)) if len(bearers) == 1 else f'{len(bearers)} shapes'}"
+        for name, bearers in sorted(by_material.items())
+    ] + nameless
 
 
 def with_media(scene: Any) -> list[str]:

@@ -40,6 +40,8 @@ class ShootingSolution:
 
     radiosity: Floats
     """(P, 3): power per area that leaves each patch, including power that is unsent."""
+    irradiance: Floats
+    """(P, 3): power per area that has arrived."""
     supplied: Floats
     """(3,): power that is emitted, or arrives from the surroundings and is reflected at once."""
     absorbed: Floats
@@ -111,10 +113,13 @@ def shoot(
         absorbed += ((1 - patches.albedo) * arriving).sum(axis=0)
         lost += missing
         sent, steps = sent + int(counts.sum()), steps + 1
-    radiosity = patches.emitted + patches.albedo * received / areas
+    irradiance = received / areas
+    radiosity = patches.emitted + patches.albedo * irradiance
     final_share = float(unsent.sum() / 3 / grey)
     left_unsent, rays = unsent.sum(axis=0), sent + look_rays
-    return ShootingSolution(radiosity, supplied, absorbed, lost, left_unsent, final_share, steps, rays, guided)
+    return ShootingSolution(
+        radiosity, irradiance, supplied, absorbed, lost, left_unsent, final_share, steps, rays, guided
+    )
 
 
 def way_for(

@@ -41,12 +41,14 @@ def tessellated(scene: Any, size: float) -> Any:
     parts: dict[str, Any] = {"type": "scene"}
     names_by_node = [(node, node.id()) for node in (*shapes, *scene.emitters())]
     for number, shape in enumerate(shapes):
-        parts[f"shape_{number:06}"] = shape if shape.is_mesh() else mesh_of(shape, size, f"shape_{number:06}")
+        part = shape if shape.is_mesh() else mesh_of(shape, size, f"shape_{number:06}")
+        parts[f"shape_{number:06}"] = part
+        names_by_node.append((part, shape.id()))
     if scene.environment() is not None:
         parts["surroundings"] = scene.environment()
     mesh_scene = mi.load_dict(parts)
     for node, name in names_by_node:
-        # Loading has renamed the shapes and emitters that both scenes share.
+        # Loading has renamed all shapes, and the emitters that both scenes share.
         node.set_id(name)
     return mesh_scene
 

@@ -17,6 +17,8 @@ from tracer.errors import SettingsError
 
 MOST_LISTED = 24
 """Most shapes whose names a message lists."""
+UNNAMED = ("", "bsdf", "mesh_bsdf")
+"""Ids of materials that say nothing: none, and those that Mitsuba takes from where a material stands."""
 MERGED = "Mesh"
 """Class of the shape that Mitsuba makes when it merges several meshes of one material."""
 HOW_TO_TELL_APART = " Meshes that Mitsuba has merged keep their names in a scene loaded with optimize=False."
@@ -69,9 +71,19 @@ def shape_paths(scene: Any) -> dict[Any, str]:
 
 def on_top_level(shape: Any, number: int, path: str) -> Named:
     """Return a shape that is in no group, with its names; ``path``: its name in ``mi.traverse``, "" if it has none."""
+    return Named((shape,), frozenset({shape.id(), path} - {""}), number, label_of(shape, number))
+
+
+def label_of(shape: Any, number: int) -> str:
+    """Return how a person is told of a shape: by its id, or else by its number, its class and its place."""
     centre = ", ".join(f"{coordinate:.3g}" for coordinate in shape.bbox().center())
-    label = shape.id() or f"{number} ({shape.class_name()} around {centre})"
-    return Named((shape,), frozenset({shape.id(), path} - {""}), number, label)
+    return shape.id() or f"{number} ({shape.class_name()} around {centre})"
+
+
+def material_name(bsdf: Any) -> str:
+    """Return the name that a scene gives a material, "" if it gives none: then Mitsuba calls it by its place."""
+    name = bsdf.id() if bsdf is not None else ""
+    return "" if name in UNNAMED else name
 
 
 def find_shapes(scene: Any, names: list[str]) -> dict[str, list[Any]]:
