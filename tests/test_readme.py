@@ -10,28 +10,42 @@ from tracer.study.quote import BLOCK, quote
 ROOT = Path(__file__).parents[1]
 
 
-def test_quoted_tables_are_those_of_the_results():
+TEXTS = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md", "scenes/README.md"]
+TEXTS += sorted(str(path.relative_to(ROOT)) for path in (ROOT / "docs").rglob("*.md") if "gallery" not in path.parts)
+LINES = 120
+"""Most lines of the README: a person reads two screens."""
+
+
+@pytest.mark.parametrize("name", TEXTS)
+def test_quoted_tables_are_those_of_the_results(name):
+    path = ROOT / name
+    text = path.read_text()
+    assert quote(text, path.parent) == text, f"run python -m tracer.study.quote {name}"
+    assert all(block[3].count("\n") > 3 for block in BLOCK.findall(text))
+
+
+def test_the_readme_is_short_and_has_one_table():
     readme = (ROOT / "README.md").read_text()
-    assert quote(readme, ROOT) == readme, "run python -m tracer.study.quote README.md"
-    blocks = BLOCK.findall(readme)
-    assert len(blocks) == 12
-    assert all(block[3].count("\n") > 3 for block in blocks)
+    assert readme.count("\n") <= LINES
+    assert len(BLOCK.findall(readme)) == 1
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "README.md",
-        "tracer/study/README.md",
-        "scenes/README.md",
-        "docs/production.md",
-        "docs/features.md",
-        "docs/cluster.md",
-    ],
-)
+def test_gains_in_the_prose_of_the_readme_are_those_of_the_tables():
+    prose = " ".join((ROOT / "README.md").read_text().split())
+    samples, seconds = re.search(r"the mean gain is ([\d.]+), in the same time ([\d.]+)", prose).groups()
+    results = (ROOT / "results/equal_time/results.md").read_text().split("# Gains, 64 spp")[1]
+    assert re.search(r"\*\*geometric mean, equal samples\*\* \| \*\*([\d.]+)", results)[1] == samples
+    assert re.search(r"\*\*geometric mean, equal time\*\* \| \*\*([\d.]+)", results)[1] == seconds
+    lamps = re.search(r"(\d+) times on a thousand lamps", prose)[1]
+    guided = (ROOT / "results/guided/results.md").read_text().split("# Gains at equal time, 64 spp")[1]
+    assert f"{float(re.search(r'thousand_lamps . ([0-9.]+)', guided)[1]):.0f}" == lamps
+
+
+@pytest.mark.parametrize("name", TEXTS)
 def test_pictures_and_files_exist(name):
-    for link in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", (ROOT / name).read_text()):
-        assert ((ROOT / name).parent / link).exists(), link
+    for link in re.findall(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", (ROOT / name).read_text()):
+        path = (ROOT / name).parent / link
+        assert path.exists() or path.with_suffix(".md").exists() or "gallery" in link, link
 
 
 def test_commands_install_this_project():
@@ -56,7 +70,9 @@ def test_every_feature_that_is_claimed_has_its_test():
         name for path in (ROOT / "tests").rglob("test_*.py") for name in re.findall(r"def (test_\w+)", path.read_text())
     }
     rows = [
-        line.split("|")[1:-1] for line in (ROOT / "docs/features.md").read_text().splitlines() if line.startswith("| ")
+        line.split("|")[1:-1]
+        for line in (ROOT / "docs/reference/comparison.md").read_text().splitlines()
+        if line.startswith("| ")
     ]
     claimed = [row for row in rows if row[1].strip().startswith("✓")]
     assert len(claimed) > 30

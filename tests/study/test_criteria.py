@@ -10,7 +10,7 @@ from tracer.errors import SettingsError
 from tracer.study.plan import read_plan
 from tracer.study.run import run_study
 
-TUTORIAL = (Path(__file__).parents[2] / "tracer" / "study" / "README.md").read_text()
+TUTORIAL = (Path(__file__).parents[2] / "docs" / "how_to" / "write_a_criterion.md").read_text()
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from study.page.conftest import made_up
 from tracer.study.tables import HEADINGS, bounds, cells, markdown
 from tracer.study.write import as_csv, conditions, finite, numbers
 
-SCHEMA = (Path(__file__).parents[2] / "tracer" / "study" / "README.md").read_text().split("## results.json")[1]
+SCHEMA = (Path(__file__).parents[2] / "docs" / "reference" / "studies.md").read_text().split("## results.json")[1]
 
 
 def column(line, k):
