@@ -17,7 +17,7 @@ from packaging.utils import canonicalize_name
 from conftest import PATIENCE
 
 ROOT = Path(__file__).parents[2]
-OPTIONAL = {"IPython", "ase", "av", "dask", "distributed", "gemmi", "mitsuba_oidn", "tevclient"}
+OPTIONAL = {"IPython", "ase", "av", "dask", "distributed", "gemmi", "meshio", "mitsuba_oidn", "tevclient"}
 """Modules that are imported only where somebody asks for what needs them; extras install them."""
 
 
