@@ -35,6 +35,8 @@ html_static_path = ["static"]
 html_css_files = ["tracer.css"]
 html_extra_path = ["root"]
 html_copy_source = False
+html_show_copyright = False
+smartquotes = False  # options begin with two hyphens
 templates_path: list[str] = []
 
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
@@ -55,7 +57,7 @@ sphinx_gallery_conf = {
     "gallery_dirs": ["docs/gallery"],
     "filename_pattern": r"/[a-z_]+\.py$",
     "ignore_pattern": r"__init__\.py",
-    "within_subsection_order": "FileNameSortKey",
+    "within_subsection_order": "gallery_order.Order",
     "download_all_examples": False,
     "remove_config_comments": True,
     "show_memory": False,

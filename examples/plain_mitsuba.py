@@ -2,7 +2,8 @@
 Under plain Mitsuba
 ===================
 
-The integrator ``adaptive`` and the sampler ``owen_sobol`` are plugins, so scripts for Mitsuba can stay as they are.
+The integrator ``adaptive`` and the sampler ``owen_sobol`` are plugins, so scripts for
+Mitsuba can stay as they are.
 """
 
 import matplotlib.pyplot as plt
@@ -10,13 +11,15 @@ import matplotlib.pyplot as plt
 import tracer
 
 tracer.activate()  # sets a variant unless one is set, and registers the plugins
-import mitsuba as mi  # noqa: E402
+import mitsuba as mi
 
 scene = mi.load_dict(mi.cornell_box())
 
 # %%
 # ``adaptive`` renders any integrator of Mitsuba that follows camera rays.
-adaptive = mi.load_dict({"type": "adaptive", "nested": {"type": "path", "max_depth": 8}})
+adaptive = mi.load_dict(
+    {"type": "adaptive", "nested": {"type": "path", "max_depth": 8}}
+)
 picture = mi.render(scene, integrator=adaptive, spp=64)
 
 # %%

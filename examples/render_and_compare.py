@@ -6,8 +6,9 @@ The same number of samples, spent evenly and where the picture is complex.
 """
 
 # %%
-# ``tracer.render`` takes the path of a scene file, a dictionary, or an ``mi.Scene``. The criterion ``uniform`` gives
-# every pixel the same number of samples; ``fused``, the default, gives more where they lower the error most.
+# ``tracer.render`` takes the path of a scene file, a dictionary, or an ``mi.Scene``.
+# The criterion ``uniform`` gives every pixel the same number of samples; ``fused``, the
+# default, gives more where they lower the error most.
 from importlib.resources import files
 
 import matplotlib.pyplot as plt
@@ -23,9 +24,13 @@ adaptive = tracer.render(scene, spp=16, size=160)
 # %%
 # A picture of many samples, with another seed, shows how far both are off.
 reference = tracer.render(scene, spp=256, size=160, criterion="uniform", seed=1000)
-error_uniform, error_adaptive = (relative_mse(result.rgb, reference.rgb) for result in (uniform, adaptive))
+error_uniform, error_adaptive = (
+    relative_mse(result.rgb, reference.rgb) for result in (uniform, adaptive)
+)
 print(f"relative error: uniform {error_uniform:.5f}, adaptive {error_adaptive:.5f}")
-print(f"samples per pixel: uniform {uniform.report.spp:.0f}, adaptive {adaptive.report.spp:.0f}")
+print(
+    f"samples per pixel: uniform {uniform.report.spp:.0f}, adaptive {adaptive.report.spp:.0f}"
+)
 
 # %%
 # The adaptive picture has more samples where there are edges, shadows and gloss.

@@ -2,12 +2,14 @@
 Render until the noise is low
 =============================
 
-Ask for an error instead of a number of samples, watch the render, and stop it when you like.
+Ask for an error instead of a number of samples, watch the render, and stop it when you
+like.
 """
 
 # %%
-# ``noise=0.1`` means: 95 of 100 pixels are estimated to be off by at most a tenth of their brightness. ``progress`` is
-# called after every pass; if it returns False, the render stops and keeps what there is.
+# ``noise=0.1`` means: 95 of 100 pixels are estimated to be off by at most a tenth of
+# their brightness. ``progress`` is called after every pass; if it returns False, the
+# render stops and keeps what there is.
 from importlib.resources import files
 
 import matplotlib.pyplot as plt
@@ -24,8 +26,12 @@ def watch(now: tracer.Progress) -> bool:
     return now.seconds < 60
 
 
-result = tracer.render(files("tracer.scenes") / "spheres_and_rods.xml", noise=0.1, size=128, progress=watch)
-print(f"{result.report.spp:.0f} samples per pixel, {100 * result.report.converged:.1f} % of the pixels converged")
+result = tracer.render(
+    files("tracer.scenes") / "spheres_and_rods.xml", noise=0.1, size=128, progress=watch
+)
+print(
+    f"{result.report.spp:.0f} samples per pixel, {100 * result.report.converged:.1f} % of the pixels converged"
+)
 
 # %%
 # The report counts the pixels by how many samples they have.

@@ -15,7 +15,8 @@ import tracer
 scene = files("tracer.scenes") / "spheres_and_rods.xml"
 
 # %%
-# A mask may be an array or an image file of any size. Its values multiply the importance of the pixels.
+# A mask may be an array or an image file of any size. Its values multiply the
+# importance of the pixels.
 mask = np.full((144, 192), 0.1)
 mask[:, :96] = 1
 
@@ -24,7 +25,9 @@ mask[:, :96] = 1
 weighted = {
     "as it comes": tracer.render(scene, spp=16, size=128),
     "a mask: the left half": tracer.render(scene, spp=16, size=128, importance=mask),
-    "a weight: the ground": tracer.render(scene, spp=16, size=128, shape_weights={"ground": 8}),
+    "a weight: the ground": tracer.render(
+        scene, spp=16, size=128, shape_weights={"ground": 8}
+    ),
 }
 figure, axes = plt.subplots(1, 3, figsize=(12, 3.2), layout="constrained")
 for axis, (title, result) in zip(axes, weighted.items(), strict=True):

@@ -2,12 +2,14 @@
 Write a criterion
 =================
 
-A criterion says how much samples are worth in each pixel. It is a function, which ``tracer.render`` takes as it is.
+A criterion says how much samples are worth in each pixel. It is a function, which
+``tracer.render`` takes as it is.
 """
 
 # %%
-# ``Evidence`` holds what is known when samples are allocated: counts, means and variances so far, and the complexity of
-# what cheap rays have hit. This criterion gives more samples where it is dark, and more at edges.
+# ``Evidence`` holds what is known when samples are allocated: counts, means and
+# variances so far, and the complexity of what cheap rays have hit. This criterion gives
+# more samples where it is dark, and more at edges.
 from importlib.resources import files
 
 import matplotlib.pyplot as plt

@@ -31,11 +31,14 @@ def in_markdown(name: str, command: Any) -> str:
         group = "Arguments" if is_argument else getattr(parameter, "rich_help_panel", None) or "Options"
         if record is not None:
             flags, text = record
-            groups.setdefault(group, []).append(f"`{flags.strip('* ')}`\n: {' '.join(text.split()) or 'See above.'}\n")
+            groups.setdefault(group, []).append(
+                f"`{flags.strip('* ')}`\n: {' '.join(text.split()).replace('<', '&lt;') or 'See above.'}\n"
+            )
     usage = " ".join([name, *command.collect_usage_pieces(context)])
-    parts = [f"## {name}", f"```text\n{usage}\n```", (command.help or "").replace("\b", "").replace("<", "\\<")]
+    about = (command.help or "").replace("\b", "").replace("<", "\\<")
+    parts = [f"## {name}", f"```text\n{usage}\n```", about]
     for title, lines in groups.items():
-        parts += [f"**{title}**", "\n".join(lines).replace("<", "\\<")]
+        parts += [f"**{title}**", "\n".join(lines)]
     return "\n\n".join(parts)
 
 

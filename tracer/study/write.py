@@ -52,12 +52,13 @@ def conditions(results: Results) -> dict[str, Any]:
 
 
 def head(results: Results) -> str:
-    """Return the line at the head of ``results.md``: the command, the machines and the seeds."""
+    """Return the head of ``results.md``: a title, what the study is about, the command, the machines and the seeds."""
     made = conditions(results)
     plan = results.plan
     last = plan.first_seed + plan.seeds - 1
     seeds = f"seed {last}" if plan.seeds == 1 else f"seeds {plan.first_seed} to {last}"
-    return f"`{made['command']}`, {'; '.join(made['machines'])}, {seeds}"
+    title = "\n\n".join([f"# Study: {plan.name}", *([plan.about] if plan.about else [])])
+    return f"{title}\n\n`{made['command']}`, {'; '.join(made['machines'])}, {seeds}"
 
 
 def numbers(results: Results) -> dict[str, Any]:
