@@ -27,7 +27,10 @@ def test_a_video_is_what_browsers_play(height, width, tmp_path):
         assert (stream.codec_context.name, stream.codec_context.pix_fmt) == ("h264", "yuv420p")
         assert (stream.width, stream.height) == (width + width % 2, height + height % 2)
         assert stream.average_rate == 25
-        frames = [frame.to_ndarray(format="rgb24").astype(int) for frame in film.decode(stream)]
+        decoded = list(film.decode(stream))
+        assert {frame.colorspace for frame in decoded} == {1}  # BT.709, which players then decode with
+        as_rgb = [frame.reformat(format="rgb24", src_colorspace="ITU709") for frame in decoded]
+        frames = [frame.to_ndarray().astype(int) for frame in as_rgb]
     assert len(frames) == 8  # there and back
     for frame, lightness in zip(frames, [20, 70, 120, 170, 220, 170, 120, 70], strict=True):
         assert frame[10, 5] == pytest.approx([200, 90, 40], abs=4)
