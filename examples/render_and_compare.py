@@ -28,9 +28,7 @@ error_uniform, error_adaptive = (
     relative_mse(result.rgb, reference.rgb) for result in (uniform, adaptive)
 )
 print(f"relative error: uniform {error_uniform:.5f}, adaptive {error_adaptive:.5f}")
-print(
-    f"samples per pixel: uniform {uniform.report.spp:.0f}, adaptive {adaptive.report.spp:.0f}"
-)
+print(f"samples per pixel: {uniform.report.spp:.0f}, {adaptive.report.spp:.0f}")
 
 # %%
 # The adaptive picture has more samples where there are edges, shadows and gloss.

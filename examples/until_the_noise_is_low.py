@@ -21,7 +21,7 @@ seen = []
 
 
 def watch(now: tracer.Progress) -> bool:
-    """Remember how many pixels were good enough after how many samples, and stop after a minute."""
+    """Remember how many pixels were good enough, and stop after a minute."""
     seen.append((now.done, now.converged))
     return now.seconds < 60
 
@@ -29,15 +29,15 @@ def watch(now: tracer.Progress) -> bool:
 result = tracer.render(
     files("tracer.scenes") / "spheres_and_rods.xml", noise=0.1, size=128, progress=watch
 )
-print(
-    f"{result.report.spp:.0f} samples per pixel, {100 * result.report.converged:.1f} % of the pixels converged"
-)
+report = result.report
+print(f"{report.spp:.0f} samples per pixel")
+print(f"{100 * report.converged:.1f} % of the pixels converged")
 
 # %%
 # The report counts the pixels by how many samples they have.
 figure, (left, right) = plt.subplots(1, 2, figsize=(11, 3.6), layout="constrained")
 left.imshow(display(result.rgb))
 left.axis("off")
-right.bar(list(result.report.histogram), list(result.report.histogram.values()))
+right.bar(list(report.histogram), list(report.histogram.values()))
 right.set(xlabel="samples", ylabel="pixels")
 plt.show()
