@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks import harness
-from benchmarks.radiosity import ablations, convergence, figures, solutions
+from benchmarks.radiosity import ablations, convergence, figures, solutions, views
 from benchmarks.radiosity.convergence import Curve
 from benchmarks.radiosity.scenes import examples
 from tracer.progress import StepCallback
@@ -23,6 +23,8 @@ CORNELL, SHOWN = "Cornell box", "chandelier"
 """Scene that is compared with paths, and scene of the pictures."""
 SOLVED = ("chandelier", "cove", "foliage")
 """Scenes of which whole solutions and pictures are made."""
+VIEWED = (CORNELL, "chandelier", "cove", "foliage")
+"""Scenes of which many views are compared with paths."""
 MIDDLE = 256
 """Rays a point in the tables that show all methods."""
 BEST = "deviation, warp"
@@ -39,12 +41,14 @@ def report(folder: Path, progress: StepCallback) -> None:
         progress,
         len(scenes) * (1 + convergence.step_count() + ablations.step_count())
         + sum(example.name in SOLVED for example in scenes) * solutions.step_count()
+        + len(VIEWED) * views.step_count()
         + solutions.cornell_step_count(),
     )
     curves: list[Curve] = []
     uses: Rows = []
     whole_solutions: Rows = []
     pictures: Rows = []
+    many_views: Rows = []
     for example in scenes:
         announce(f"{example.name}, truth")
         place = convergence.prepare(example)
@@ -56,6 +60,8 @@ def report(folder: Path, progress: StepCallback) -> None:
         if example.name in SOLVED:
             whole_solutions += solutions.solutions(example, announce)
             pictures.append(solutions.pictures(example, announce))
+        if example.name in VIEWED:
+            many_views.append(views.views(example, announce))
     cornell = next(example for example in scenes if example.name == CORNELL)
     paths = solutions.against_paths(cornell, announce)
     large = solutions.large(cornell, announce)
@@ -67,6 +73,7 @@ def report(folder: Path, progress: StepCallback) -> None:
         "uses": uses,
         "solutions": whole_solutions,
         "pictures": pictures,
+        "views": many_views,
         "paths": paths,
         "large": large,
     }
@@ -95,6 +102,12 @@ but in the last row.
 {ablation_table(numbers["uses"], scenes_of(gains))}""",
         f"Whole solutions, {solutions.RAYS} rays a patch": solution_table(numbers["solutions"]),
         f"Final gathers, {solutions.SPP} samples a pixel": picture_table(numbers["pictures"]),
+        "Views of one solution": f"""
+Seconds of all processors, to the noise of {views.SPP} paths a pixel. From the last number of views on, one solution is
+cheaper than paths; "-": it never is. "apart" is the mean absolute difference of pictures of {views.TRUTH} samples, over
+their mean: the bias of patches, and what noise is left.
+
+{view_table(numbers["views"])}""",
         "Against the path tracer, in the Cornell box": f"""
 Mean absolute difference of pictures from 2048 paths a pixel, over their mean; and the ratio of the means.
 
@@ -176,6 +189,20 @@ def picture_table(rows: Rows) -> str:
         for row in rows
     ]
     return table(["", "gain", "seconds even", "guided"], lines)
+
+
+def view_table(rows: Rows) -> str:
+    """Return a table of the seconds of solutions and views, and of the views after which radiosity is cheaper."""
+    lines = [
+        [
+            row["scene"],
+            *(f"{row[name]:.2f}" for name in ("solved", "radiosity", "paths")),
+            f"{100 * row['bias']:.1f} %",
+            str(row["number"] or "-"),
+        ]
+        for row in rows
+    ]
+    return table(["", "solved once", "a view by radiosity", "by paths", "apart", "views"], lines)
 
 
 def path_table(rows: Rows) -> str:
