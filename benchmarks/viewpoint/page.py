@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks import harness
+from benchmarks.viewpoint.lit import WAYS
 from tracer.study.tables import markdown_table
 
 Rows = list[dict[str, Any]]
@@ -28,6 +29,7 @@ Entropy with background, 12 views; the scene by shapes:
 
 {convergence_table(sections["Convergence of the fast estimate"])}
 ![error against rays](convergence.png)""",
+        "Light": lit_views(sections["Light"]),
         "Molecules": f"{molecule_table(molecules)}\n"
         + "\n".join(f"![{row['file']}]({Path(row['file']).stem}/best.png)" for row in molecules),
         "Pictures": "\n".join(f"![{name}]({name}/{SHOWN[name.split('-')[0]]})" for name in sections["Pictures"]),
@@ -101,6 +103,26 @@ def convergence_table(subjects: dict[str, Rows]) -> str:
         for row in rows
     ]
     return markdown_table(headings, lines)
+
+
+def lit_views(rows: Rows) -> str:
+    """Return the section on light as a part of complexity."""
+    if not rows:
+        return "\nThere was no scene with a light."
+    better = sum(row["light"]["entropy"] > row["geometry"]["entropy"] for row in rows)
+    means = {way: {key: np.mean([row[way][key] for row in rows]) for key in ("entropy", "dark")} for way in WAYS}
+    lines = [
+        [row["scene"], *(f"{row[way]['entropy']:.2f}" for way in WAYS), *(f"{row[way]['dark']:.0%}" for way in WAYS)]
+        for row in [*rows, {"scene": "**mean**", **means}]
+    ]
+    return f"""
+The view with the greatest entropy of shapes, where every shape counts the same (geometry), and where it counts as \
+well as the scene's own light shows the brighter of its sides (light). Its picture, in that light, is judged by \
+something else: the entropy of the histogram of luminance, in bits, and the share of dark pixels. The picture by light \
+has the greater entropy on {better} of {len(rows)} scenes.
+
+{markdown_table(["scene", *(f"bits, {way}" for way in WAYS), *(f"dark, {way}" for way in WAYS)], lines)}
+![The pictures of both ways](light.png)"""
 
 
 def molecule_table(rows: Rows) -> str:

@@ -15,6 +15,7 @@ import numpy as np
 
 from benchmarks import harness
 from benchmarks.harness import Announce
+from benchmarks.viewpoint.lit import lit_views
 from benchmarks.viewpoint.minimum_cover import fewest_views
 from benchmarks.viewpoint.page import to_page
 from tracer.core.sphere import evenly, icosphere
@@ -76,19 +77,20 @@ def report(folder: Path, progress: StepCallback, public: Path) -> None:
     Scenes in the folder ``scenes`` of ``public`` are searched too. Raises KeyboardInterrupt if ``progress`` stops it.
     """
     opened = {path: replace(open_source(public / "meshes" / path), up=up) for path, up in MESHES.items()}
-    opened |= {path.name: open_source(path, Counted("shape")) for path in harness.bundled_scenes()}
-    opened |= {
-        path.parent.name: open_source(path, Counted("shape")) for path in sorted(public.glob("scenes/*/scene.xml"))
-    }
+    scenes = {path.name: path for path in harness.bundled_scenes()}
+    scenes |= {path.parent.name: path for path in sorted(public.glob("scenes/*/scene.xml"))}
+    opened |= {name: open_source(path, Counted("shape")) for name, path in scenes.items()}
+    lit = {name: path for name, path in scenes.items() if opened[name].subject.scene.emitters()}
     pairs = measured_pairs(opened)
     drawings = [name for name, (file, _) in DRAWINGS.items() if file in opened]
-    total = 1 + len(pairs) + len(COVERED) * len(ENOUGH) + 1 + len(CRYSTALS + MOLECULES) + len(drawings)
+    total = 1 + len(pairs) + len(COVERED) * len(ENOUGH) + 1 + len(CRYSTALS + MOLECULES) + len(drawings) + len(lit)
     announce = harness.StepCounter(progress, total)
     sections = {
         "Rate": rate(opened["bunny.ply"], announce),
         "Searches": searches(opened, pairs, folder, announce),
         "View sets": view_sets(opened, announce),
         "Convergence of the fast estimate": convergence(opened, folder, announce),
+        "Light": lit_views(lit, folder, announce),
         "Molecules": molecules(public / "molecules", folder, announce),
         "Pictures": pictures(opened, folder, announce),
     }

@@ -7,8 +7,9 @@ import pytest
 from tracer.core.extras import require_package
 from tracer.errors import MissingPackageError
 from tracer.study.page.build import require_template_engine
-from tracer.viewpoint.reports.tour import require_film_maker
-from tracer.viewpoint.source import Crystal, open_source
+from tracer.viewpoint.atom_source import Shown
+from tracer.viewpoint.films import require_film_maker
+from tracer.viewpoint.source import open_source
 
 WATER = "3\nwater\nO 0 0 0\nH 0 0.76 0.59\nH 0 -0.76 0.59\n"
 
@@ -21,7 +22,8 @@ def test_a_package_that_is_there_is_imported():
     ("module", "needs_it", "purpose", "extra"),
     [
         ("jinja2", require_template_engine, "The page of a study needs Jinja2", "study"),
-        ("PIL.Image", require_film_maker, "The film of a tour needs Pillow", "view"),
+        ("PIL.Image", lambda: require_film_maker("tour.webp"), "The film 'tour.webp' needs Pillow", "view"),
+        ("av", lambda: require_film_maker("tour.mp4"), "The film 'tour.mp4' needs av", "view"),
     ],
 )
 def test_a_package_that_is_missing_is_named_with_its_extra(monkeypatch, module, needs_it, purpose, extra):
@@ -37,4 +39,4 @@ def test_a_molecule_without_ase(monkeypatch, tmp_path):
     path.write_text(WATER)
     monkeypatch.setitem(sys.modules, "ase", None)
     with pytest.raises(MissingPackageError, match=r"water\.xyz' is a molecule, and reading it needs ase; install it"):
-        open_source(path, None, Crystal(None, None, None))
+        open_source(path, None, Shown())

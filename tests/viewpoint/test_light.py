@@ -7,7 +7,7 @@ import pytest
 from tracer.errors import SceneError
 from tracer.viewpoint.direction_measure import Gauge, stand
 from tracer.viewpoint.item_buffer import Rays
-from tracer.viewpoint.light import places_on_mesh, shown_by_light
+from tracer.viewpoint.light import places_on_mesh, places_on_shape, shown_by_light
 from tracer.viewpoint.surfaces import open_subject
 from tracer.viewpoint.weights import with_weights
 
@@ -96,3 +96,11 @@ def test_darkness_is_said():
     away = {"type": "spot", "to_world": TURN().look_at([0, 0, 5], [0, 0, 9], [0, 1, 0])}
     with pytest.raises(SceneError, match="reaches no surface"):
         shown_by_light(open_subject(mi.load_dict({"type": "scene", "ball": {"type": "sphere"}, "spot": away})))
+
+
+@pytest.mark.parametrize("kind", ["rectangle", "disk", "sphere", "cylinder"])
+def test_every_place_on_a_simple_shape_has_a_normal(kind):
+    """Of a flat shape Mitsuba returns one normal for all places."""
+    points, normals = places_on_shape(mi.load_dict({"type": kind}), 7, np.random.default_rng(1))
+    assert points.shape == normals.shape == (7, 3)
+    assert np.allclose(np.linalg.norm(normals, axis=-1), 1)

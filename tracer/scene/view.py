@@ -216,11 +216,11 @@ def pick_sensor(scene: Any, sensor: Any, source: Any) -> Any:
 
     Raises SceneError, SettingsError, or BackendError for a sensor of another variant.
     """
+    if hasattr(sensor, "film"):
+        return require_variant("sensor", sensor)
     sensors = scene.sensors()
     if not sensors:
         raise SceneError(f'{describe(source)} has no sensor; add one, for example <sensor type="perspective">.')
-    if hasattr(sensor, "film"):
-        return require_variant("sensor", sensor)
     number = whole_number("sensor", sensor)
     if not 0 <= number < len(sensors):
         raise SettingsError(f"There is no sensor {number}: {describe(source)} has {len(sensors)}, counted from 0.")

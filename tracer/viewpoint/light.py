@@ -102,7 +102,9 @@ def places_on_shape(shape: Any, count: int, generator: np.random.Generator) -> t
     except RuntimeError:  # Mitsuba raises this for a kind of shape that cannot be sampled
         return None
     points, normals = (np.array(vectors, np.float64).T for vectors in (record.p, record.n))
-    return (points, normals) if points.shape == (count, 3) and np.all(np.isfinite(points)) else None
+    if points.shape != (count, 3) or not np.all(np.isfinite(points)):
+        return None
+    return points, np.broadcast_to(normals, points.shape)  # a flat shape has one normal
 
 
 def radiance_sent(subject: Subject, points: Floats, normals: Floats, seed: int) -> Floats:

@@ -9,6 +9,8 @@ import pytest
 
 from benchmarks import harness
 from benchmarks.viewpoint import report
+from benchmarks.viewpoint.lit import content, lit_views
+from benchmarks.viewpoint.page import lit_views as page_of_light
 from benchmarks.viewpoint.page import searches, view_sets
 from tracer.errors import SceneError
 
@@ -67,6 +69,7 @@ def test_the_report(public, tmp_path, monkeypatch):
         "Searches",
         "View sets",
         "Convergence of the fast estimate",
+        "Light",
         "Molecules",
         "Pictures",
     ]
@@ -110,3 +113,32 @@ def test_a_mesh_that_is_not_there(tmp_path):
     with pytest.raises(SceneError, match="no mesh"):
         report.report(tmp_path, lambda *_: None, tmp_path)
     assert np.all([not path.is_file() for path in tmp_path.iterdir()])
+
+
+def test_a_picture_is_judged_by_its_histogram():
+    """Half black, half white: one bit, and half of it dark. All grey: nothing."""
+    halves = np.zeros((8, 8, 3))
+    halves[:4] = 1
+    assert content(halves) == {"entropy": pytest.approx(1.0), "dark": pytest.approx(0.5)}
+    assert content(np.full((8, 8, 3), 0.5)) == {"entropy": pytest.approx(0.0), "dark": 0.0}
+
+
+@pytest.mark.slow
+def test_light_shows_more_than_geometry_alone(tmp_path):
+    """Twenty balls in the dark on one side of a wall, three in the light on the other."""
+    balls = "".join(
+        f'<shape type="sphere"><point name="center" x="{x}" y="{y}" z="{0.2 * k}"/><float name="radius" value="0.1"/>'
+        "</shape>"
+        for k, (x, y) in enumerate([(-1.5, 0.2 * k - 2) for k in range(20)] + [(1.5, -1), (1.5, 0), (1.5, 1)])
+    )
+    wall = (
+        '<shape type="cube"><transform name="to_world"><scale x="0.05" y="4" z="6"/></transform></shape>'
+        '<emitter type="point"><point name="position" x="8" y="0" z="2"/><rgb name="intensity" value="200"/></emitter>'
+    )
+    scene = tmp_path / "scene.xml"
+    scene.write_text(f'<scene version="3.0.0"><integrator type="path"/>{wall}{balls}</scene>')
+    (row,) = lit_views({"wall": scene}, tmp_path, lambda *_: None)
+    assert row["light"]["dark"] < row["geometry"]["dark"] - 0.1
+    assert row["light"]["entropy"] > row["geometry"]["entropy"]
+    assert (tmp_path / "light.png").is_file()
+    assert "1 of 1 scenes" in page_of_light([row])
