@@ -6,10 +6,9 @@ import pytest
 
 from tracer.errors import SceneError
 from tracer.viewpoint.direction_measure import Gauge, stand
-from tracer.viewpoint.item_buffer import Rays
-from tracer.viewpoint.light import places_on_mesh, places_on_shape, shown_by_light
+from tracer.viewpoint.item_buffer import Rays, projected_areas
+from tracer.viewpoint.light import places_on_mesh, places_on_shape, shown_by_light, weighted_by_light
 from tracer.viewpoint.surfaces import open_subject
-from tracer.viewpoint.weights import with_weights
 
 TURN = mi.ScalarTransform4f
 
@@ -43,8 +42,29 @@ def test_small_plates_under_a_point_light():
     sent = {"near": 0.5 / np.pi * 3 / 4, "far": 0.8 / np.pi * 3 / 8 * np.cos(np.pi / 4), "shaded": 0, "roof": 0}
     area = {"near": 1, "far": 1, "shaded": 1, "roof": 100}
     mean = sum(area[name] * sent[name] for name in sent) / sum(area.values())
-    for name, value in sent.items():
-        assert shown[name] == pytest.approx(value / (value + mean), rel=1e-3, abs=1e-6)
+    for name, value in sent.items():  # from below nothing is lit
+        assert shown[name] == pytest.approx([value / (value + mean), 0], rel=1e-3, abs=1e-6)
+
+
+def test_the_dark_side_of_a_plate_counts_nothing():
+    scene = mi.load_dict(
+        {
+            "type": "scene",
+            "integrator": {"type": "path", "max_depth": 2},
+            "floor": plate([0, 0, 0], 1.0),
+            "light": {"type": "point", "position": [0, 0, 2], "intensity": 3.0},
+        }
+    )
+    subject = weighted_by_light(open_subject(scene, "shape"))
+    assert subject.names == ["floor", "floor (back)"]
+    place = stand(subject)
+    above_and_below = np.array([[0.3, 0.3, 0.9], [0.3, 0.3, -0.9]])
+    views = place.viewpoints(above_and_below)
+    (batch,) = projected_areas(subject, views, place.lens, Rays(side=64))
+    assert np.array_equal(batch.areas > 0, [[True, False], [False, True]])
+    assert batch.areas[0, 0] == pytest.approx(batch.areas[1, 1], rel=1e-2)
+    values = Gauge(subject, place, Rays(side=64), "entropy").better(above_and_below)
+    assert values[0] > values[1]
 
 
 def test_light_leads_to_the_lit_side():
@@ -72,7 +92,7 @@ def test_light_leads_to_the_lit_side():
     front_and_back = np.array([[0.3, 0.3, 0.9], [0.3, 0.3, -0.9]])
     by_geometry, by_light = (
         Gauge(each, place, Rays(side=96), "entropy").better(front_and_back)
-        for each in (subject, with_weights(subject, shown_by_light(subject)))
+        for each in (subject, weighted_by_light(subject))
     )
     assert by_geometry[1] > by_geometry[0]
     assert by_light[0] > by_light[1]

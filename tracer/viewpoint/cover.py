@@ -130,8 +130,10 @@ def cover(
     for number in remaining:
         covered_surfaces |= shown[chosen.index(number)]
         covered.append(float(weights[covered_surfaces].sum() / weights.sum()))
-    total_area = float(subject.areas.sum())
-    unseen = np.flatnonzero(~visible)
+    sides = 2 if subject.has_sides else 1
+    areas = subject.areas[::sides]
+    total_area = float(areas.sum())
+    unseen = np.flatnonzero(~np.any(visible.reshape(-1, sides), axis=1))
     return Cover(
         np.array(remaining, np.int64),
         np.array(covered),
@@ -139,7 +141,7 @@ def cover(
         np.flatnonzero(missing),
         ended,
         unseen,
-        float(subject.areas[unseen].sum()) / total_area if total_area > 0 else 0.0,
+        float(areas[unseen].sum()) / total_area if total_area > 0 else 0.0,
     )
 
 

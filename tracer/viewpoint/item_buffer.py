@@ -158,7 +158,7 @@ def trace(
     intersection = subject.scene.ray_intersect_preliminary(ray, coherent=not rays.random)
     from_eye = ray.o - gather_rows(viewpoints.eyes, viewpoint)
     depth = dr.dot(from_eye + intersection.t * ray.d, gather_rows(viewpoints.forward, viewpoint))
-    surface = subject.surface(intersection)
+    surface = subject.surface(intersection, ray)
     return Traced(viewpoint, surface < dr.opaque(mi.UInt32, subject.count), surface, depth, weight)
 
 

@@ -17,6 +17,7 @@ from tracer.core.device import upload
 from tracer.errors import SceneError
 from tracer.image.colour import luminance
 from tracer.viewpoint.surfaces import Subject
+from tracer.viewpoint.weights import with_weights
 
 MOST_PATHS = 1 << 20
 """Most paths that are followed at once."""
@@ -29,24 +30,34 @@ OFFSET = 1e-3
 
 
 def shown_by_light(subject: Subject, seed: int = 0) -> Floats:
-    """Return how well light shows each surface (Z,), 0 to 1: L / (L + M) for one that sends out light L.
+    """Return how well light shows front and back of each surface (Z, 2), 0 to 1: L / (L + M) if it sends out light L.
 
-    L is the mean luminance on the brighter side, and M that of all surfaces, by area: the response of an eye that has
-    adapted to M (K. Naka and W. Rushton, 1966). Surfaces whose places are unknown, such as instances, have the value 1.
-    Raises SceneError for a scene without light, or if no surface is lit.
+    L is the mean luminance of the side, and M that of all surfaces, by area and on their brighter sides: the response
+    of an eye that has adapted to M (K. Naka and W. Rushton, 1966). Surfaces whose places are unknown, such as
+    instances, have the value 1. Raises SceneError for a scene without light, or if no surface is lit.
     """
     if not subject.scene.emitters():
         raise SceneError("There is no light in the scene that could show anything.")
     points, normals, surface = places_on(subject, seed)
     sides = [radiance_sent(subject, points, sign * normals, seed + k) for k, sign in enumerate((1.0, -1.0))]
     count = np.maximum(np.bincount(surface, minlength=subject.count), 1)
-    sent = np.maximum(*(np.bincount(surface, side, subject.count) / count for side in sides))
+    sent = np.stack([np.bincount(surface, side, subject.count) / count for side in sides], axis=-1)
     has_places = np.bincount(surface, minlength=subject.count) > 0
     areas = np.where(has_places & np.isfinite(subject.areas), subject.areas, 0.0)
-    mean = float(np.sum(areas * sent) / areas.sum()) if areas.sum() > 0 else 0.0
+    mean = float(np.sum(areas * sent.max(axis=-1)) / areas.sum()) if areas.sum() > 0 else 0.0
     if not 0 < mean < np.inf:
         raise SceneError("The light of the scene reaches no surface, so that it shows nothing.")
-    return np.where(has_places, sent / (sent + mean), 1.0)
+    return np.where(has_places[:, None], sent / (sent + mean), 1.0)
+
+
+def weighted_by_light(subject: Subject) -> Subject:
+    """Return a subject whose surfaces are sides, each of which counts as well as light shows it.
+
+    Raises SceneError as ``shown_by_light``.
+    """
+    shown = shown_by_light(subject)
+    sides = subject.with_sides()
+    return with_weights(sides, sides.weights * shown.ravel())
 
 
 def places_on(subject: Subject, seed: int) -> tuple[Floats, Floats, Integers]:

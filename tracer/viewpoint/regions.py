@@ -93,7 +93,7 @@ def look_through_blocks(
 def regions(subject: Subject, ray: Any, rays: int, shape: tuple[int, ...]) -> Regions:
     """Trace rays that are ordered by region, ``rays`` for each, and return the regions in ``shape``."""
     intersection = subject.scene.ray_intersect_preliminary(ray)
-    surface = subject.surface(intersection)
+    surface = subject.surface(intersection, ray)
     hit = surface < dr.opaque(mi.UInt32, subject.count)
     dr.eval(surface, hit)
     same = multiplicity(surface, rays)

@@ -19,10 +19,10 @@ from tracer.scene.validate import require_faces
 from tracer.viewpoint import atom_files
 from tracer.viewpoint.atom_source import Shown, open_atoms, open_pair_of_atoms
 from tracer.viewpoint.docking import Pair
-from tracer.viewpoint.light import shown_by_light
+from tracer.viewpoint.light import weighted_by_light
 from tracer.viewpoint.opened import Opened
 from tracer.viewpoint.surfaces import open_subject
-from tracer.viewpoint.weights import weighted, with_weights
+from tracer.viewpoint.weights import weighted
 
 SERIALIZED = ".serialized"
 """Suffix of Mitsuba's own mesh files, which it reads itself."""
@@ -64,10 +64,8 @@ def open_source(path: Path, counted: Counted | None = None, shown: Shown | None 
         )
     else:
         opened = open_scene_file(path, counted)
-    subject = opened.subject
-    if counted.by_light:
-        subject = with_weights(subject, shown_by_light(subject))
-    return replace(opened, subject=weighted(subject, counted.weights) if counted.weights else subject)
+    subject = weighted(opened.subject, counted.weights) if counted.weights else opened.subject
+    return replace(opened, subject=weighted_by_light(subject) if counted.by_light else subject)
 
 
 def open_scene_file(path: Path, counted: Counted) -> Opened:

@@ -9,7 +9,7 @@ what lies behind it, and counts as background.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -94,6 +94,8 @@ class Subject:
     """mi.UInt32: number of the first face of each shape, by Mitsuba's number of the shape."""
     surface_of_face: Any
     """mi.UInt32: surface of each face, Z if it is of none; None if the faces are the surfaces."""
+    has_sides: bool = False
+    """Whether the front and the back of what was one surface k are surfaces of their own: 2 k and 2 k + 1."""
 
     @property
     def count(self) -> int:
@@ -118,12 +120,25 @@ class Subject:
         face = dr.gather(mi.UInt32, self.first_face, dr.select(is_instance, instance, shape), hit)
         return face + dr.select(hit & ~is_instance, intersection.prim_index, 0)
 
-    def surface(self, intersection: Any) -> Any:
-        """Return the surface (mi.UInt32) that each preliminary intersection hits; Z for background."""
+    def surface(self, intersection: Any, ray: Any) -> Any:
+        """Return the surface (mi.UInt32) that each preliminary intersection of ``ray`` hits; Z for background."""
         hit, face = intersection.is_valid(), self.face(intersection)
         if self.surface_of_face is not None:
             face = dr.gather(mi.UInt32, self.surface_of_face, face, hit)
-        return dr.select(hit, face, dr.opaque(mi.UInt32, self.count))
+        background = dr.opaque(mi.UInt32, self.count)
+        if self.has_sides:
+            normal = intersection.compute_surface_interaction(ray, mi.RayFlags.Minimal, hit).n
+            side = dr.select(dr.dot(normal, ray.d) > 0, mi.UInt32(1), mi.UInt32(0))
+            hit &= 2 * face < background  # what counts as background has a number beyond all others
+            face = 2 * face + side
+        return dr.select(hit, face, background)
+
+    def with_sides(self) -> Subject:
+        """Return the subject with its front and back sides as surfaces of their own, each with the area of both."""
+        names = [f"{name}{side}" for name in self.names for side in ("", " (back)")]
+        areas, weights = np.repeat(self.areas, 2), np.repeat(self.weights, 2)
+        mesh = replace(self.mesh, surface=2 * self.mesh.surface)
+        return replace(self, areas=areas, weights=weights, names=names, mesh=mesh, has_sides=True)
 
 
 def open_subject(
