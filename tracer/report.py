@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tracer.adaptive.convergence import Noise
 from tracer.adaptive.stopping import Reason
 from tracer.core import parallel
-from tracer.core.quantities import mean_count
+from tracer.core.quantities import samples_in_words
 from tracer.scene.frame import Frame
 from tracer.settings import Settings
 
@@ -103,7 +103,7 @@ class Report:
         self.spp = done / frame.pixel_count
         if not self.complete:
             asked_for = f"at most {self.settings.spp}" if self.settings.is_open else self.settings.spp
-            self.note(f"Stopped after {mean_count(self.spp)} samples per pixel, of {asked_for}.")
+            self.note(f"Stopped after {samples_in_words(self.spp)}, of {asked_for}.")
         self.pixels_at_most = int(np.count_nonzero(count + invalid >= self.settings.most_samples))
         self.histogram = histogram(count)
         if noise is not None and self.settings.noise is not None:

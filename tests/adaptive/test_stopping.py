@@ -141,3 +141,10 @@ def test_a_noise_target_is_not_met_before_sixteen_samples_a_pixel():
     goals = [400, 800, 6400]  # of 100 pixels
     assert next_goal(goals, 1599, settings, met, clock()) == (6400, None)
     assert next_goal(goals, 1600, settings, met, clock()) == (None, "noise")
+
+
+def test_a_render_that_goes_on_draws_before_it_knows_its_rate():
+    """Of a checkpoint no pass has been timed; only if no time is left does it end at once."""
+    settings = make_settings(time=30.0, spp=16)
+    assert next_goal(GOALS, 800, settings, None, clock(30.0)) == (next(goal for goal in GOALS if goal > 800), None)
+    assert next_goal(GOALS, 800, settings, None, clock(0.0)) == (None, "time")

@@ -59,9 +59,14 @@ class Clock:
         self.samples = weight * self.samples + samples
         self.seconds = weight * self.seconds + self.pass_seconds
 
+    @property
+    def knows_rate(self) -> bool:
+        """Whether a pass has been timed."""
+        return self.samples > 0
+
     def seconds_for(self, samples: float) -> float | None:
         """Return the seconds that ``samples`` more samples will take; None before the first pass."""
-        return None if self.samples == 0 else samples * self.seconds / self.samples
+        return samples * self.seconds / self.samples if self.knows_rate else None
 
     def samples_left(self) -> float:
         """Return how many samples fit in the time that is left; infinity if time is not limited."""
@@ -100,9 +105,11 @@ def next_goal(
     if goal is None:
         return None, "spp"
     goal = min(goal, round(min(needed, goals[-1])))
-    if settings.time is not None and done > 0:
+    if settings.time is not None and done > 0 and clock.knows_rate:
         samples_left = clock.samples_left()
         if samples_left < WORTHWHILE * done:
             return None, "time"
         goal = min(goal, done + max(int(SAFETY * samples_left), 1))
+    elif done > 0 and clock.seconds_left() == 0:  # a render that goes on from a checkpoint has timed no pass yet
+        return None, "time"
     return goal, None

@@ -193,13 +193,13 @@ def summary(result: Any) -> dict[str, Any]:
 
 def in_words(result: Any) -> str:
     """Return a line about a picture: size, samples, time and noise."""
-    from tracer.core.quantities import mean_count, percent
+    from tracer.core.quantities import mean_count, percent, samples_in_words
 
     report = result.report
     height, width = result.image.shape[:2]
     least, most, mean = result.samples.min(), result.samples.max(), mean_count(result.samples.mean())
-    samples = f"{least}" if least == most else f"{mean} ({least} to {most})"
-    text = f"{width} x {height}, {samples} samples per pixel, {result.seconds:.1f} s"
+    samples = samples_in_words(least) if least == most else f"{mean} ({least} to {most}) samples per pixel"
+    text = f"{width} x {height}, {samples}, {result.seconds:.1f} s"
     if report.converged is not None:
         text += f"; {percent(report.converged, 1)} % converged"
         text += f" ({100 * report.settings.noise_share:g} % within {report.noise:.3g})"

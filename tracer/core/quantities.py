@@ -28,3 +28,9 @@ def percent(share: float, digits: int) -> str:
 def mean_count(mean: float) -> str:
     """Return a mean number of samples >= 0 with three digits, or from 100 on with one decimal; without exponents."""
     return f"{mean:.3g}" if mean < 99.95 else f"{mean:.1f}".removesuffix(".0")
+
+
+def samples_in_words(mean: float) -> str:
+    """Return a mean number of samples >= 0 per pixel in words."""
+    count = mean_count(mean)
+    return f"{count} {'sample' if count == '1' else 'samples'} per pixel"

@@ -15,6 +15,7 @@ from tracer import criteria
 from tracer.adaptive.importance_map import importance_weights
 from tracer.adaptive.schedule import Schedule
 from tracer.adaptive.stopping import Clock
+from tracer.core.quantities import samples_in_words
 from tracer.denoising.oidn import load as load_denoiser
 from tracer.denoising.postprocess import draw_denoising_features
 from tracer.errors import ClusterError, SettingsError
@@ -115,6 +116,8 @@ def begun(
         keeper = make_keeper(request, asked_view, settings, weights, scene_hash, samples_name, at_risk)
         if keeper is not None:
             state = keeper.load(state, drawer.empty())
+            if state.done:
+                request.remark(f"Going on from {samples_in_words(state.done / view.pixel_count)} in the checkpoint.")
             state.plan_anew(schedule.budget)
         state.meter.counted = (weights > 0)[view.inner] if np.any(weights == 0) else None
         recorder.begin(state, remarks)
