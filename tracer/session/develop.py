@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracer.core.arrays import Singles
+from tracer.core.quantities import samples_in_words
 from tracer.denoising.postprocess import draw_denoising_features, see, without_noise
 from tracer.denoising.refilter import FilterShape
 from tracer.film import bias
@@ -13,6 +14,9 @@ from tracer.result import Result
 from tracer.sampling.samples import make_sampler
 from tracer.scene.view import View
 from tracer.session.render_loop import Rendering
+
+FEWEST_TO_DENOISE = 4
+"""Samples per pixel below which a person is warned that a denoised picture will have spots."""
 
 
 def finish(rendering: Rendering, features: bool, denoise: bool) -> Result:
@@ -58,6 +62,11 @@ def develop(rendering: Rendering, features: bool, denoise: bool) -> Result:
         bright = bias.with_lost_light(view, clean, stderr, statistics, unbiased)
     report.elsewhere = rendering.drawer.describe()
     report.describe(view, statistics, state.done, schedule.noise)
+    if denoise and report.spp < FEWEST_TO_DENOISE:
+        report.note(
+            f"Denoised from {samples_in_words(report.spp)}: with fewer than {FEWEST_TO_DENOISE}, noise can hardly be told "
+            "from what is there, and spots stay; allow more samples or time, or make the picture smaller."
+        )
     if not view.scene.emitters() and not np.any(bright[..., : view.colour_channels]):
         report.note("The picture is black, as the scene has no emitter: add a light, or something that shines.")
     return Result(
