@@ -6,7 +6,7 @@ import pytest
 
 from tracer.core.extras import require_package
 from tracer.errors import MissingPackageError
-from tracer.study.page.build import require_template_engine
+from tracer.study.page.build import require_page_packages
 from tracer.viewpoint.reports.tour import require_film_maker
 from tracer.viewpoint.source import Crystal, open_source
 
@@ -20,7 +20,7 @@ def test_a_package_that_is_there_is_imported():
 @pytest.mark.parametrize(
     ("module", "needs_it", "purpose", "extra"),
     [
-        ("jinja2", require_template_engine, "The page of a study needs Jinja2", "study"),
+        ("jinja2", require_page_packages, "The page of a study needs Jinja2", "study"),
         ("PIL.Image", require_film_maker, "The film of a tour needs Pillow", "view"),
     ],
 )
