@@ -181,7 +181,7 @@ def test_errors_and_counts_have_a_scale(page):
     assert page.execute_script("return getComputedStyle(document.getElementById('scale')).visibility") == "hidden"
     press(page, "e")
     ticks = page.execute_script("return document.getElementById('scale-ticks').innerText").split()
-    assert ticks[0] == "0.0"
+    assert ticks[0] == "0"
     assert page.execute_script("return getComputedStyle(document.getElementById('scale')).visibility") == "visible"
     dark = np.mean([colour(page, x, 60) for x in range(20, 250, 10)])
     press(page, "6")

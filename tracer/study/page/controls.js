@@ -29,7 +29,7 @@ function showScale() {
   byId("scale").style.visibility = state.layer === "picture" ? "hidden" : "visible";
   const { errorTop, countRange: [least, most] } = scene(), parts = [0, 0.25, 0.5, 0.75, 1];
   const text = state.layer === "error"
-    ? parts.map((part) => (100 * errorTop * part).toPrecision(2) + " %")
+    ? parts.map((part) => Number((100 * errorTop * part).toPrecision(2)) + " %")
     : parts.map((part) => String(Math.round(Math.max(least, 1) * (most / Math.max(least, 1)) ** part)));
   byId("scale-ticks").replaceChildren(...text.map((label) => Object.assign(document.createElement("span"), { textContent: label })));
 }

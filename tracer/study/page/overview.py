@@ -17,7 +17,7 @@ RIGHT, TOP, BOTTOM = 14, 26, 24
 """Margins around the field of the drawing, which hold its labels."""
 METHOD_HEIGHT, SCENE_ROOM = 9, 8
 """Height of the line of a method, and of the room between two scenes."""
-LETTER = 6.6
+LETTER = 7.4
 """About the width of a letter."""
 MOST_LETTERS = 24
 """Most letters of a scene's name that are shown."""
