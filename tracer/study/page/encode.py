@@ -22,8 +22,8 @@ HEADROOM = 4.0
 """Largest error that a code stands for, in units of the error at the top of the scale of colours."""
 QUALITY = 90
 """Quality of WebP images that are not exact. Grain stays: codes of noisy renderings were off by 2.9 (RMS) at 0.26 bytes
-per pixel, where JPEG without chroma subsampling was off by 3.9 in as many bytes, and exact codes took four times
-that."""
+per pixel, where JPEG without chroma subsampling was off by 3.9 in as many bytes, and exact codes took 4.5 times
+that (48 pictures of three scenes, 256 x 192, WebP's method 6)."""
 Codes = NDArray[np.uint8]
 
 
