@@ -6,7 +6,7 @@ import pytest
 
 from tracer.core.extras import require_package
 from tracer.errors import MissingPackageError
-from tracer.study.page.build import require_template_engine
+from tracer.study.page.build import require_page_packages
 from tracer.viewpoint.atom_source import Shown
 from tracer.viewpoint.films import require_film_maker
 from tracer.viewpoint.source import open_source
@@ -21,7 +21,7 @@ def test_a_package_that_is_there_is_imported():
 @pytest.mark.parametrize(
     ("module", "needs_it", "purpose", "extra"),
     [
-        ("jinja2", require_template_engine, "The page of a study needs Jinja2", "study"),
+        ("jinja2", require_page_packages, "The page of a study needs Jinja2", "study"),
         ("PIL.Image", lambda: require_film_maker("tour.webp"), "The film 'tour.webp' needs Pillow", "view"),
         ("av", lambda: require_film_maker("tour.mp4"), "The film 'tour.mp4' needs av", "view"),
     ],

@@ -21,7 +21,7 @@ from tracer.study.cells import Cell, RenderCost
 from tracer.study.check import check_study, count_scenes, one_at_a_time, prepare_output
 from tracer.study.methods import TimedPicture
 from tracer.study.own_metrics import Metric, check_metrics, values_of
-from tracer.study.page.build import require_template_engine, write_page
+from tracer.study.page.build import require_page_packages, write_page
 from tracer.study.page.scene import ScenePictures, Shown
 from tracer.study.plan import Plan, Scene
 from tracer.study.records import CLOSE, Failure, Measurement, SceneFacts
@@ -66,7 +66,7 @@ def run_study(
         results = run_study(plan, Path("mine"), metrics={"worst": worst})
     """
     check_metrics(metrics or {})
-    require_template_engine()
+    require_page_packages()
     backend.activate()
     scenes = plan.find_scenes()
     check_study(plan, scenes)

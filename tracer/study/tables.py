@@ -78,6 +78,11 @@ def cells(row: Row) -> list[str]:
     ]
 
 
+def own_cells(row: Row) -> list[str]:
+    """Return a person's own metrics of a row as text, in the order of ``row.own``."""
+    return [f"{value:.4g}" for value in row.own.values()]
+
+
 def measured(plan: Plan) -> str:
     """Return the name of the error that the gains of a study compare."""
     relative = all(method.objective == "relative" for method in plan.methods)
@@ -113,7 +118,7 @@ def markdown(results: Results) -> str:
 def own_metrics(rows: Sequence[Row]) -> str:
     """Return the means of a person's own metrics: a line per scene, budget and method, and a column per metric."""
     headings = ["scene", "budget", "method", *rows[0].own]
-    lines = [[row.scene, row.budget, row.method, *(f"{value:.4g}" for value in row.own.values())] for row in rows]
+    lines = [[row.scene, row.budget, row.method, *own_cells(row)] for row in rows]
     return markdown_table(headings, lines)
 
 

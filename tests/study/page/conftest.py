@@ -18,8 +18,8 @@ METHODS = ["uniform", "fused", "edges", "stock a", "stock b", "stock c"]
 HEIGHT, WIDTH = 192, 256
 
 
-def made_up(scene_count, method_count, seed=0):
-    """Return results and pictures of noise: method k errs 1 / (k + 1) as much as the first."""
+def made_up(scene_count, method_count, seed=0, own_metric=False):
+    """Return results and pictures of grey noise: method k errs 1 / (k + 1) as much as the first."""
     generator = np.random.default_rng(seed)
     methods = METHODS[:method_count]
     plan = make_plan(
@@ -45,7 +45,7 @@ def made_up(scene_count, method_count, seed=0):
         shown = []
         for m, method in enumerate(methods):
             spread = 0.1 / (m + 1)
-            image = (truth + spread * generator.standard_normal(truth.shape)).astype(np.float32)
+            image = (truth + spread * generator.standard_normal((HEIGHT, WIDTH, 1))).astype(np.float32)
             counts = np.full(truth.shape[:2], 64, np.float32)
             if m == 1:
                 counts = generator.integers(8, 512, truth.shape[:2]).astype(np.float32)
@@ -56,7 +56,8 @@ def made_up(scene_count, method_count, seed=0):
                     took = RenderCost(spp, spp * HEIGHT * WIDTH, 1e-2 * spp * (1 + m), 1e-2 * spp, "run", "a machine")
                     scores = Scores(error, error, error / 2, 30.0 + m, 0.9, 0.05, 1e-3)
                     cell = Cell(name, method, Budget("spp", spp), one, "key")
-                    results.measurements.append(Measurement(cell, took, scores, m == 5))
+                    own = {"worst_error": 3 * spread} if own_metric else {}
+                    results.measurements.append(Measurement(cell, took, scores, m == 5, own))
         pictures.append(ScenePictures(name, "64 spp", 0, truth, shown))
     results.failures.append(Failure("scene 0", "fused", "16 spp", 1, "no <i>luck</i>"))
     return results, pictures

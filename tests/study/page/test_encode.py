@@ -1,31 +1,63 @@
-"""Pictures as text."""
+"""Pictures and maps as codes, and as images within a page."""
 
 import base64
-import zlib
+import io
 
 import numpy as np
 import pytest
+from PIL import Image
 
-from tracer.study.page.encode import LARGEST, encode_counts, encode_picture, reduce
-
-
-def decode(text, channels, height, width):
-    """What pixels.js does, in the plainest way."""
-    planes = np.frombuffer(zlib.decompress(base64.b64decode(text)), np.uint8).reshape(2, channels, height, width)
-    return np.cumsum(planes[0] + 256 * planes[1].astype(np.int64), axis=-1).astype(np.uint16)
-
-
-def test_a_picture_survives():
-    image = np.random.default_rng(0).normal(1, 2, (7, 9, 3)).astype(np.float32)
-    image[0, 0] = [1e9, np.nan, -1e9]
-    found = np.moveaxis(decode(encode_picture(image), 3, 7, 9).view(np.float16), 0, -1)
-    np.testing.assert_array_equal(found[0, 0], [LARGEST, 0, -LARGEST])
-    np.testing.assert_array_equal(found[1:], image[1:].astype(np.float16))
+from tracer.study.page.encode import (
+    BRIGHTEST,
+    HEADROOM,
+    count_codes,
+    error_codes,
+    image_url,
+    picture_codes,
+    picture_values,
+    reduce,
+)
 
 
-def test_counts_survive():
-    counts = np.array([[0, 1, 70000], [65535, 3, 2]])
-    np.testing.assert_array_equal(decode(encode_counts(counts), 1, 2, 3)[0], np.minimum(counts, 65535))
+def decode(url):
+    return np.asarray(Image.open(io.BytesIO(base64.b64decode(url.partition(",")[2]))))
+
+
+def test_values_of_pictures_survive_within_a_few_percent_beyond_white():
+    values = np.geomspace(0.01, 16, 1000)
+    off = np.abs(picture_values(picture_codes(values)) / values - 1)
+    assert off[values < 4].max() < 0.04
+    assert off.max() < 0.08  # 16 is four stops above white
+    np.testing.assert_array_equal(picture_codes([-1.0, np.nan, 0.0, BRIGHTEST, 1e9, np.inf]), [0, 0, 0, 255, 255, 255])
+    assert picture_values([0, 255]) == pytest.approx([0, BRIGHTEST])
+    # Reinhard's x / (1 + x) brings white to one half, which the curve of sRGB shows as 188.
+    assert picture_codes(1.0) == pytest.approx(188, abs=1)
+
+
+def test_errors_and_counts_survive():
+    errors = np.linspace(0, 2.0, 500)
+    restored = HEADROOM * 0.5 * (error_codes(errors, 0.5) / 255.0) ** 2
+    np.testing.assert_allclose(restored, errors, atol=0.008)
+    counts = np.array([8, 16, 64, 512])
+    restored = 8 * (512 / 8) ** (count_codes(counts, 8, 512) / 255.0)
+    np.testing.assert_allclose(restored, counts, rtol=0.01)
+    assert not count_codes(np.full((2, 2), 7), 7, 7).any()
+
+
+def test_exact_images_keep_every_code_and_others_nearly():
+    generator = np.random.default_rng(0)
+    codes = np.clip(generator.normal(120, 30, (64, 80, 3)), 0, 255).astype(np.uint8)
+    np.testing.assert_array_equal(decode(image_url(codes, exact=True)), codes)
+    grey = codes[..., 0]
+    lossy = decode(image_url(grey))
+    difference = (lossy[..., 0] if lossy.ndim == 3 else lossy) - grey.astype(float)
+    assert 0 < np.sqrt(np.mean(difference**2)) < 4
+    assert len(image_url(grey)) < 0.8 * len(image_url(grey, exact=True))
+
+
+def test_an_image_without_content_is_png():
+    assert image_url(np.zeros((64, 64), np.uint8)).startswith(("data:image/png", "data:image/webp"))
+    assert len(image_url(np.zeros((64, 64), np.uint8))) < 200
 
 
 def test_smaller_pictures_are_means():
@@ -33,9 +65,3 @@ def test_smaller_pictures_are_means():
     np.testing.assert_allclose(reduce(values, 2), [[3.5, 5.5, 7.5], [15.5, 17.5, 19.5]])
     assert reduce(np.ones((5, 6, 3)), 2).shape == (2, 3, 3)
     assert reduce(values, 1) is values
-
-
-def test_smooth_pictures_take_little_room():
-    ramp = np.broadcast_to(np.linspace(0, 1, 256)[None, :, None], (192, 256, 3))
-    assert len(encode_picture(ramp)) < 20_000
-    assert len(encode_picture(np.random.default_rng(0).random((192, 256, 3)))) == pytest.approx(350_000, rel=0.2)

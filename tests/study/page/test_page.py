@@ -9,18 +9,22 @@ import pytest
 
 from conftest import PATIENCE
 from study.page.conftest import HEIGHT, METHODS, WIDTH, made_up
-from tracer.study.page import build
+from tracer.study.page.build import write_page
+from tracer.study.panels import relative_error
 
 pytestmark = pytest.mark.slow
 MOST_SECONDS = 2.0
-MOST_BYTES = 40e6
+MOST_BYTES = 1.5 * 2**20
+CODED = 12
+"""Most that a colour on the screen may be off where pictures are compressed with a loss, of 255."""
+SIZES = {"laptop": (1366, 768), "desktop": (1920, 1080), "phone": (390, 844)}
 
 
 @pytest.fixture
 def page(browser, page_file):
     """Open the page anew and wait until the first picture is drawn."""
     browser.get(page_file.as_uri())
-    wait(browser, "document.querySelector('.caption').textContent !== ''")
+    wait(browser, "document.querySelector('.caption')?.textContent")
     yield browser
     assert [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"] == []
 
@@ -35,7 +39,7 @@ def wait(browser, condition):
 def seconds_to_open(browser, path):
     start = time.monotonic()
     browser.get(path.as_uri())
-    wait(browser, "document.querySelector('.caption').textContent !== ''")
+    wait(browser, "document.querySelector('.caption')?.textContent")
     return time.monotonic() - start
 
 
@@ -98,9 +102,9 @@ def test_pictures_are_those_that_were_made(page):
     assert captions(page) == ["stock a · 64 spp, seed 0 · relMSE 0.000625"]
     for x, y in ((20, 30), (128, 100), (200, 150)):
         expected = shown_srgb(pictures[0].shown[3].image[y, x])
-        np.testing.assert_allclose(colour(page, x, y), np.clip(expected, 0, 255), atol=1.01)
+        np.testing.assert_allclose(colour(page, x, y), np.clip(expected, 0, 255), atol=CODED)
     press(page, "r")
-    np.testing.assert_allclose(colour(page, 100, 50), shown_srgb(pictures[0].reference[50, 100]), atol=1.01)
+    np.testing.assert_allclose(colour(page, 100, 50), shown_srgb(pictures[0].reference[50, 100]), atol=CODED)
 
 
 def test_methods_flip_at_the_same_place(page):
@@ -169,15 +173,15 @@ def test_wipe_shows_two(page):
     assert page.execute_script("return document.querySelector('.caption.right').textContent").startswith("edges")
     _, pictures = made_up(1, 3)
     left, right = pictures[0].shown[0].image, pictures[0].shown[2].image
-    np.testing.assert_allclose(colour(page, 60, 90), np.clip(shown_srgb(left[90, 60]), 0, 255), atol=1.01)
-    np.testing.assert_allclose(colour(page, 160, 90), np.clip(shown_srgb(right[90, 160]), 0, 255), atol=1.01)
+    np.testing.assert_allclose(colour(page, 60, 90), np.clip(shown_srgb(left[90, 60]), 0, 255), atol=CODED)
+    np.testing.assert_allclose(colour(page, 160, 90), np.clip(shown_srgb(right[90, 160]), 0, 255), atol=CODED)
 
 
 def test_errors_and_counts_have_a_scale(page):
     assert page.execute_script("return getComputedStyle(document.getElementById('scale')).visibility") == "hidden"
     press(page, "e")
     ticks = page.execute_script("return document.getElementById('scale-ticks').innerText").split()
-    assert ticks[0] == "0.0"
+    assert ticks[0] == "0"
     assert page.execute_script("return getComputedStyle(document.getElementById('scale')).visibility") == "visible"
     dark = np.mean([colour(page, x, 60) for x in range(20, 250, 10)])
     press(page, "6")
@@ -199,12 +203,20 @@ def test_values_under_the_pointer(page):
           clientY: box.top + (top + 33.5 * scale) * ratio, bubbles: true }))"""
     )
     settle(page)
-    text = page.execute_script("return document.getElementById('value').textContent")
-    assert text.startswith("pixel 77, 33")
-    line = next(line for line in text.splitlines() if line.startswith("fused"))
-    shown = pictures[0].shown[1]
-    np.testing.assert_allclose([float(word) for word in line.split()[1:4]], shown.image[33, 77], rtol=6e-3, atol=1e-3)
-    assert int(line.split()[-1]) == shown.counts[33, 77]
+    table = page.execute_script(
+        "return [...document.querySelectorAll('#value tr')].map((row) => [...row.cells].map((c) => c.textContent))"
+    )
+    assert table[0] == ["pixel 77, 33", "R", "G", "B", "error", "spp"]
+    shown, truth = pictures[0].shown[1], pictures[0].reference
+    name, *rgb, error, samples = table[1]
+    assert name == "fused"
+    np.testing.assert_allclose([float(word) for word in rgb], shown.image[33, 77], atol=0.06)
+    square = np.s_[32:34, 76:78]  # maps are of squares of two by two pixels
+    expected = np.sqrt(np.mean(relative_error(shown.image, truth)[square] ** 2))
+    assert float(error) == pytest.approx(expected, rel=0.3)
+    assert int(samples) == pytest.approx(shown.counts[square].mean(), rel=0.3)
+    assert table[2][0] == "reference"
+    np.testing.assert_allclose([float(word) for word in table[2][1:4]], truth[33, 77], atol=0.02)
 
 
 def test_scenes_change(page):
@@ -214,7 +226,7 @@ def test_scenes_change(page):
     press(page, "[")
     press(page, "[")
     assert page.execute_script("return document.querySelector('.scene:not([hidden]) h3').textContent") == "scene 7"
-    assert page.execute_script("return document.querySelectorAll('.scene:not([hidden]) svg').length") == 1
+    assert page.execute_script("return document.querySelectorAll('.scene:not([hidden]) svg.plot').length") == 2
 
 
 def test_tables_sort(page):
@@ -265,12 +277,12 @@ def test_print_shows_every_scene(page):
     hidden = page.execute_script(
         "return [...document.querySelectorAll('.scene')].filter((s) => s.offsetParent === null).length"
     )
-    strips = page.execute_script(
-        "return [...document.querySelectorAll('.strip')].filter((s) => s.naturalWidth > 500).length"
+    images = page.execute_script(
+        "return [...document.querySelectorAll('.sources img')].filter((s) => s.offsetWidth > 100).length"
     )
     viewer = page.execute_script("return document.getElementById('panes').offsetParent")
     page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
-    assert (hidden, strips, viewer) == (0, 8, None)
+    assert (hidden, images, viewer) == (0, 8 * (1 + 6 + 6 + 1), None)
 
 
 def test_text_is_not_taken_for_html(page):
@@ -279,17 +291,145 @@ def test_text_is_not_taken_for_html(page):
     assert "no <i>luck</i>" in text
 
 
-def test_pictures_shrink_when_there_are_too_many(monkeypatch):
-    results, pictures = made_up(2, 2)
-    blocks, scenes = build.fit(results, pictures)
-    assert (scenes[0]["width"], scenes[0]["height"], scenes[0]["factor"]) == (WIDTH, HEIGHT, 1)
-    size = sum(map(len, blocks.values()))
-    monkeypatch.setattr(build, "MOST_BYTES", size // 3)
-    blocks, scenes = build.fit(results, pictures)
-    assert (scenes[0]["width"], scenes[0]["factor"]) == (WIDTH // 2, 2)
-    assert sum(map(len, blocks.values())) <= size // 3
-    monkeypatch.undo()
-    small = results.plan.model_copy(update={"page_size": 100})
-    results.plan = small
-    assert build.fit(results, pictures)[1][0]["width"] == WIDTH // 3
-    assert "averaged over 3 × 3" in build.build_page(results, pictures)
+@pytest.fixture(params=SIZES)
+def window(request, browser, page_file):
+    """Open the page in a window of one of SIZES, and give the browser its size back afterwards."""
+    width, height = SIZES[request.param]
+    phone = request.param == "phone"
+    metrics = {"width": width, "height": height, "deviceScaleFactor": 2 if phone else 1, "mobile": phone}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+    browser.get(page_file.as_uri())
+    wait(browser, "document.querySelector('.caption')?.textContent")
+    yield browser, width, height
+    browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def boxes(browser, selector):
+    """Return left, top, width and height of what is chosen."""
+    return browser.execute_script(
+        "return [...document.querySelectorAll(arguments[0])].map((e) => e.getBoundingClientRect())"
+        ".map((b) => [b.left, b.top, b.width, b.height])",
+        selector,
+    )
+
+
+def test_pictures_fit_the_window_and_keep_their_aspect(window):
+    browser, width, height = window
+    for mode in ("f", "w", "g"):
+        press(browser, mode)
+        panes = boxes(browser, ".pane canvas")
+        for left, _, across, down in panes:
+            assert across / down == pytest.approx(WIDTH / HEIGHT, rel=0.02)
+            assert left >= 0
+            assert left + across <= width
+        tops, bottoms = [pane[1] for pane in panes], [pane[1] + pane[3] for pane in panes]
+        assert max(bottoms) - min(tops) <= height
+        assert max(bottoms) - boxes(browser, "#scenes")[0][1] <= height + 10  # the row of scenes is in sight, too
+        used = sum(pane[2] * pane[3] for pane in panes)
+        room = boxes(browser, "#panes")[0][2] * (height if width > 900 else max(bottoms) - min(tops))
+        assert used > 0.4 * room
+
+
+def test_nothing_is_wider_than_the_window(window):
+    browser, width, height = window
+    assert browser.execute_script("return document.documentElement.scrollWidth") <= width
+    assert all(box[3] <= height for box in boxes(browser, ".wide"))
+    assert all(box[0] >= 0 and box[0] + box[2] <= width for box in boxes(browser, "svg.plot, #panel, #scenes"))
+    if width > 900:
+        table = "document.getElementById('table').parentElement"
+        assert browser.execute_script(f"return {table}.scrollWidth - {table}.clientWidth") <= 0
+
+
+def test_scenes_are_chosen_by_thumbnail(page):
+    page.execute_script("return Promise.all([...document.querySelectorAll('#scenes img')].map((i) => i.decode()))")
+    thumbnails = page.execute_script(
+        "return [...document.querySelectorAll('#scenes button')]"
+        ".map((b) => [b.textContent, b.querySelector('img').naturalWidth, b.querySelector('img').clientHeight])"
+    )
+    assert thumbnails == [[f"scene {k}", WIDTH, 52] for k in range(8)]
+    click(page, "#scenes button:nth-child(4)")
+    assert page.execute_script("return state.scene") == 3
+    page.execute_script("document.querySelectorAll('#scenes button')[3].focus()")
+    press(page, "ArrowRight")
+    assert page.execute_script("return [state.scene, document.activeElement.textContent]") == [4, "scene 4"]
+    press(page, "ArrowUp")
+    assert page.execute_script("return [state.scene, document.activeElement.textContent]") == [3, "scene 3"]
+
+
+def test_arrows_change_methods_wherever_the_focus_is_but_in_sliders(page):
+    press(page, "ArrowRight")
+    assert page.execute_script("return state.method") == 1
+    page.execute_script("document.querySelector('.pane canvas').focus()")
+    press(page, "ArrowDown")
+    assert page.execute_script("return [state.scene, state.method]") == [1, 1]
+    page.execute_script("document.getElementById('exposure').focus()")
+    press(page, "ArrowRight")
+    assert page.execute_script("return state.method") == 1
+
+
+def touch(browser, start, end):
+    """Put a finger on the first picture at a share of its width, move it to another, and lift it."""
+    browser.execute_script("document.getElementById('panes').scrollIntoView({ block: 'center' })")
+    left, top, width, height = boxes(browser, ".pane canvas")[0]
+    places = [{"x": left + share * width, "y": top + 0.5 * height} for share in np.linspace(start, end, 5)]
+    dispatch = "Input.dispatchTouchEvent"
+    browser.execute_cdp_cmd(dispatch, {"type": "touchStart", "touchPoints": [places[0]]})
+    for place in places[1:] if start != end else []:
+        browser.execute_cdp_cmd(dispatch, {"type": "touchMove", "touchPoints": [place]})
+    browser.execute_cdp_cmd(dispatch, {"type": "touchEnd", "touchPoints": []})
+    settle(browser)
+
+
+def test_a_finger_switches_methods(page):
+    page.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": True})
+    try:
+        for start, end, expected in ((0.8, 0.2, 1), (0.8, 0.3, 2), (0.2, 0.8, 1), (0.5, 0.5, 2)):
+            touch(page, start, end)
+            assert page.execute_script("return state.method") == expected
+        press(page, "+")
+        touch(page, 0.8, 0.3)
+        assert page.execute_script("return state.method") == 2  # it moved the picture instead
+        assert page.execute_script("return state.x") > 0.5
+        press(page, "g")
+        touch(page, 0.5, 0.5)
+        assert page.execute_script("return [state.mode, state.method]") == ["flip", -1]
+    finally:
+        page.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": False})
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_page_follows_the_system(page, scheme):
+    features = {"features": [{"name": "prefers-color-scheme", "value": scheme}]}
+    page.execute_cdp_cmd("Emulation.setEmulatedMedia", features)
+    paper, series = page.execute_script(
+        "return [getComputedStyle(document.body).backgroundColor,"
+        "getComputedStyle(document.querySelector('svg.plot .interval')).stroke]"
+    )
+    page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
+    bright = [np.mean([float(word) for word in re.findall(r"\d+", text)]) for text in (paper, series)]
+    assert (bright[0] > 128) == (scheme == "light")
+    assert (bright[1] < 128) == (scheme == "light")
+
+
+def test_the_overview_is_on_top(page):
+    first = page.execute_script("return document.querySelector('section svg.plot').getAttribute('aria-label')")
+    assert first.startswith("Gain over uniform at equal samples, 64 spp, on a logarithmic axis. fused: 4.00")
+    assert page.execute_script("return document.querySelectorAll('details.overview').length") == 1
+    assert boxes(page, "svg.plot")[0][1] < boxes(page, "#viewer")[0][1]
+
+
+def test_own_metrics_are_columns(browser, tmp_path):
+    write_page(tmp_path / "own.html", *made_up(1, 2, own_metric=True))
+    browser.get((tmp_path / "own.html").as_uri())
+    heading, cell = browser.execute_script(
+        "const t = document.getElementById('table');"
+        "return [t.tHead.rows[0], t.tBodies[0].rows[1]].map((row) => row.cells[row.cells.length - 1].textContent)"
+    )
+    assert heading == "worst_error"
+    assert float(cell) == pytest.approx(0.15)
+
+
+def test_fourteen_scenes_and_four_methods_are_small(tmp_path):
+    path = tmp_path / "large.html"
+    write_page(path, *made_up(14, 4))
+    assert path.stat().st_size < MOST_BYTES

@@ -1,58 +1,39 @@
 "use strict";
-// Pictures as numbers: decode them, and turn them into colours for a screen.
+// Pictures and maps as numbers: read the codes of the page's images, and turn them into colours for a screen.
 
 const study = JSON.parse(document.getElementById("study").textContent);
-
-const halfTable = (() => {
-  const table = new Float32Array(65536);
-  for (let bits = 0; bits < 65536; bits++) {
-    const exponent = (bits >> 10) & 31, fraction = bits & 1023;
-    const size = exponent === 0 ? fraction * 2 ** -24 : (1 + fraction / 1024) * 2 ** (exponent - 15);
-    table[bits] = bits & 0x8000 ? -size : size;
-  }
-  return table;
-})();
-
 const colourTable = Uint8Array.from(study.colours.match(/../g), (pair) => parseInt(pair, 16));
 
-/** Return the 16-bit words (channels x height x width) of a block that encode.py made. */
-async function decodeWords(name, channels, width, height) {
-  const bytes = Uint8Array.from(atob(document.getElementById(name).textContent), (letter) => letter.charCodeAt(0));
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-  const planes = new Uint8Array(await new Response(stream).arrayBuffer());
-  const count = channels * width * height, words = new Uint16Array(count);
-  for (let k = 0; k < count; k++) {
-    const difference = planes[k] | (planes[count + k] << 8);
-    words[k] = k % width === 0 ? difference : words[k - 1] + difference;
-  }
-  return words;
+/** Return width, height and codes of an image in the page, `channels` per pixel. */
+async function readCodes(name, channels) {
+  const image = document.getElementById(name);
+  await image.decode();
+  const width = image.naturalWidth, height = image.naturalHeight;
+  const context = Object.assign(document.createElement("canvas"), { width, height }).getContext("2d", { willReadFrequently: true });
+  context.drawImage(image, 0, 0);
+  const pixels = context.getImageData(0, 0, width, height).data, codes = new Uint8Array(channels * width * height);
+  for (let k = 0; k < width * height; k++)
+    for (let channel = 0; channel < channels; channel++) codes[channels * k + channel] = pixels[4 * k + channel];
+  return { width, height, codes };
 }
 
-/** Return the linear values of a picture, three per pixel. */
-async function decodePicture(name, width, height) {
-  const words = await decodeWords(name, 3, width, height), pixels = width * height;
-  const values = new Float32Array(3 * pixels);
-  for (let channel = 0; channel < 3; channel++)
-    for (let k = 0; k < pixels; k++) values[3 * k + channel] = halfTable[words[channel * pixels + k]];
-  return values;
+/** Return a picture with its linear values, three per pixel. */
+async function readPicture(name) {
+  const { width, height, codes } = await readCodes(name, 3);
+  return { width, height, values: Float32Array.from(codes, (code) => study.values[code]) };
 }
 
-/** Return the samples of every pixel; `counts` is the name of a block, or a number that holds for all pixels. */
-async function decodeCounts(counts, width, height) {
-  return typeof counts === "number" ? new Float32Array(width * height).fill(counts) : decodeWords(counts, 1, width, height);
+/** Return the map of relative errors. */
+async function readErrors(name, top) {
+  const { width, height, codes } = await readCodes(name, 1);
+  return { width, height, values: Float32Array.from(codes, (code) => study.headroom * top * (code / 255) ** 2) };
 }
 
-function luminance(values, k) {
-  return 0.212671 * values[3 * k] + 0.71516 * values[3 * k + 1] + 0.072169 * values[3 * k + 2];
-}
-
-/** Return the relative error of every pixel: root mean square over channels, over the reference's luminance. */
-function relativeError(values, reference) {
-  return Float32Array.from({ length: values.length / 3 }, (_, k) => {
-    let sum = 0;
-    for (let channel = 0; channel < 3; channel++) sum += (values[3 * k + channel] - reference[3 * k + channel]) ** 2;
-    return Math.sqrt(sum / 3 / (luminance(reference, k) ** 2 + 0.01));
-  });
+/** Return the map of samples per pixel; `counts` is the name of an image, or a number that holds for all pixels. */
+async function readCounts(counts, [least, most]) {
+  if (typeof counts === "number") return { width: 1, height: 1, values: Float32Array.of(counts) };
+  const { width, height, codes } = await readCodes(counts, 1), from = Math.max(least, 1);
+  return { width, height, values: Float32Array.from(codes, (code) => from * (Math.max(most, 1) / from) ** (code / 255)) };
 }
 
 /** Paint linear values with the sRGB curve after `stops` of exposure. */

@@ -1,7 +1,7 @@
 "use strict";
-// The viewer: which pictures are shown, which part of them, and the values under the pointer. All panes show the same part.
+// The viewer: which pictures are shown, and which part of them. All panes show the same part.
 
-const REFERENCE = -1;
+const REFERENCE = -1, GAP = 6;
 const byId = (name) => document.getElementById(name);
 const state = { scene: 0, method: 0, layer: "picture", mode: "flip", stops: 0, wipe: 0.5, against: REFERENCE, zoom: 1, x: 0.5, y: 0.5, pointer: null };
 const loaded = new Map();
@@ -10,17 +10,17 @@ let panes = [];
 const scene = () => study.scenes[state.scene];
 const nameOf = (method) => (method === REFERENCE ? "reference" : scene().methods[method].name);
 
-/** Return the decoded pictures of a scene, or a promise of them while they are being decoded. */
+/** Return the pictures and maps of a scene, or a promise of them while they are being decoded. */
 function load(index) {
   if (!loaded.has(index)) {
-    const { width, height, reference, methods } = study.scenes[index];
+    const { reference, methods, errorTop, countRange } = study.scenes[index];
     loaded.set(index, Promise.all([
-      decodePicture(reference, width, height),
-      ...methods.map((entry) => decodePicture(entry.image, width, height)),
-      ...methods.map((entry) => decodeCounts(entry.counts, width, height)),
-    ]).then(([truth, ...rest]) => {
-      const images = rest.slice(0, methods.length);
-      const data = { truth, images, counts: rest.slice(methods.length), errors: images.map((image) => relativeError(image, truth)), painted: new Map() };
+      readPicture(reference),
+      Promise.all(methods.map((entry) => readPicture(entry.image))),
+      Promise.all(methods.map((entry) => readErrors(entry.error, errorTop))),
+      Promise.all(methods.map((entry) => readCounts(entry.counts, countRange))),
+    ]).then(([truth, images, errors, counts]) => {
+      const data = { truth, images, errors, counts, painted: new Map() };
       loaded.set(index, data);
       return data;
     }));
@@ -34,12 +34,13 @@ function painted(data, method) {
   const key = `${method} ${layer} ${layer === "picture" ? state.stops : ""}`;
   if (!data.painted.has(key)) {
     if (data.painted.size > 40) data.painted.clear();
-    const { width, height, errorTop, countRange: [least, most] } = scene();
+    const { errorTop, countRange: [least, most] } = scene();
+    const { width, height, values } = method === REFERENCE ? data.truth : { picture: data.images, error: data.errors, samples: data.counts }[layer][method];
     const canvas = Object.assign(document.createElement("canvas"), { width, height });
     const context = canvas.getContext("2d"), picture = context.createImageData(width, height);
-    if (layer === "picture") paintPicture(picture.data, method === REFERENCE ? data.truth : data.images[method], state.stops);
-    else if (layer === "error") paintValues(picture.data, data.errors[method], (error) => error / errorTop);
-    else paintValues(picture.data, data.counts[method], (count) => logarithmic(count, least, most));
+    if (layer === "picture") paintPicture(picture.data, values, state.stops);
+    else if (layer === "error") paintValues(picture.data, values, (error) => error / errorTop);
+    else paintValues(picture.data, values, (count) => logarithmic(count, least, most));
     context.putImageData(picture, 0, 0);
     data.painted.set(key, canvas);
   }
@@ -50,6 +51,13 @@ function logarithmic(count, least, most) {
   return most > least ? Math.log2(Math.max(count, 1) / Math.max(least, 1)) / Math.log2(most / Math.max(least, 1)) : 0.5;
 }
 
+/** Return the width and height, in pixels of the picture, over which a method's canvas is spread: maps are coarser. */
+function extent(canvas) {
+  const { width, height, factor, mapFactor } = scene(), coarser = mapFactor / factor;
+  if (canvas.width === width || canvas.width === 1) return { width, height };
+  return { width: canvas.width * coarser, height: canvas.height * coarser };
+}
+
 /** Return the methods that have a pane in the present arrangement. */
 function shownMethods() {
   return state.mode === "side" ? [REFERENCE, ...scene().methods.keys()] : [state.method];
@@ -57,9 +65,7 @@ function shownMethods() {
 
 /** Make the panes that the arrangement needs. */
 function arrange() {
-  const methods = shownMethods(), columns = state.mode === "side" ? Math.min(4, Math.ceil(Math.sqrt(methods.length))) : 1;
-  const focused = byId("panes").contains(document.activeElement);
-  byId("panes").style.gridTemplateColumns = `repeat(${columns}, 1fr)`;
+  const methods = shownMethods(), focused = byId("panes").contains(document.activeElement);
   byId("panes").replaceChildren(...methods.map(() => makePane()));
   panes = [...byId("panes").children].map((element, k) => ({ canvas: element.firstChild, captions: [...element.querySelectorAll(".caption")], method: methods[k] }));
   if (focused) panes[0].canvas.focus();
@@ -74,25 +80,43 @@ function makePane() {
   return element;
 }
 
+/** Return the number of columns, and the width and height of a pane, with which all panes are largest within the window. */
+function layOut(count) {
+  const { width, height } = scene(), across = byId("panes").clientWidth;
+  const down = Math.max(160, Math.min(window.innerHeight - byId("scenes").offsetHeight - 24, 0.94 * window.innerHeight));
+  const candidates = Array.from({ length: Math.min(count, 6) }, (_, k) => {
+    const columns = k + 1, rows = Math.ceil(count / columns);
+    const most = Math.min((across - GAP * k) / columns, (down - GAP * (rows - 1)) / rows * width / height);
+    return { columns, width: Math.max(1, Math.floor(most)), height: Math.max(1, Math.round(most * height / width)) };
+  });
+  return candidates.reduce((best, candidate) => (candidate.width > best.width ? candidate : best));
+}
+
 /** Draw everything, once the scene is decoded. */
 async function draw() {
   const index = state.scene, data = await load(index);
   if (index !== state.scene) return;
   if (panes.length !== shownMethods().length) arrange();
   if (state.mode !== "side") panes[0].method = state.method;
-  for (const pane of panes) drawPane(pane, data);
+  const size = layOut(panes.length);
+  byId("panes").style.gridTemplateColumns = `repeat(${size.columns}, ${size.width}px)`;
+  byId("panes").classList.toggle("moving", state.zoom > 1 || state.mode === "wipe");
+  for (const pane of panes) drawPane(pane, data, size);
   showControls();
   showScale();
   showValue(data);
 }
 
-function drawPane({ canvas, captions, method }, data) {
-  const { width, height } = scene(), screen = window.devicePixelRatio || 1;
-  const across = Math.max(1, Math.round(canvas.parentElement.clientWidth * screen));
-  const down = Math.round(Math.min(across * height / width, 0.7 * window.innerHeight * screen));
+function drawPane({ canvas, captions, method }, data, size) {
+  const screen = window.devicePixelRatio || 1;
+  const across = Math.max(1, Math.round(size.width * screen)), down = Math.max(1, Math.round(size.height * screen));
   if (canvas.width !== across || canvas.height !== down) Object.assign(canvas, { width: across, height: down });
+  Object.assign(canvas.style, { width: `${size.width}px`, height: `${size.height}px` });
   const context = canvas.getContext("2d"), place = placement(canvas);
-  const image = (which) => context.drawImage(painted(data, which), place.left, place.top, width * place.scale, height * place.scale);
+  const image = (which) => {
+    const shown = painted(data, which), spread = extent(shown);
+    context.drawImage(shown, place.left, place.top, spread.width * place.scale, spread.height * place.scale);
+  };
   context.imageSmoothingEnabled = place.scale < 1;
   context.clearRect(0, 0, across, down);
   image(method);
@@ -154,48 +178,6 @@ function clampPlace() {
   state.y = Math.min(1, Math.max(0, state.y));
 }
 
-function listen(canvas) {
-  let drag = null;
-  canvas.addEventListener("wheel", (event) => {
-    event.preventDefault();
-    zoomBy(2 ** (-event.deltaY / 240), canvas, position(canvas, event));
-    draw();
-  }, { passive: false });
-  canvas.addEventListener("pointerdown", (event) => {
-    const box = canvas.getBoundingClientRect(), across = (event.clientX - box.left) / box.width;
-    drag = { x: event.clientX, y: event.clientY, wipe: state.mode === "wipe" && Math.abs(across - state.wipe) * box.width < 10 };
-    canvas.setPointerCapture(event.pointerId);
-  });
-  canvas.addEventListener("pointermove", (event) => {
-    const box = canvas.getBoundingClientRect(), { width, height } = scene();
-    if (drag && drag.wipe) state.wipe = Math.min(1, Math.max(0, (event.clientX - box.left) / box.width));
-    else if (drag) {
-      const scale = placement(canvas).scale * box.width / canvas.width;
-      state.x -= (event.clientX - drag.x) / scale / width;
-      state.y -= (event.clientY - drag.y) / scale / height;
-      Object.assign(drag, { x: event.clientX, y: event.clientY });
-      clampPlace();
-    }
-    const { x, y } = position(canvas, event);
-    state.pointer = x >= 0 && y >= 0 && x < width && y < height ? { x: Math.floor(x), y: Math.floor(y) } : null;
-    draw();
-  });
-  for (const name of ["pointerup", "pointercancel"]) canvas.addEventListener(name, () => { drag = null; });
-  canvas.addEventListener("pointerleave", () => { state.pointer = null; draw(); });
-  canvas.addEventListener("keydown", (event) => {
-    const pan = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
-    if (!pan || event.ctrlKey || event.metaKey || event.altKey) return;
-    if (event.shiftKey) {
-      state.x += 0.1 * pan[0] / state.zoom;
-      state.y += 0.1 * pan[1] / state.zoom;
-      clampPlace();
-    } else if (pan[0]) flip(pan[0]);
-    else return;
-    event.preventDefault();
-    draw();
-  });
-}
-
 /** Go to the next or previous method; the reference comes after the last. */
 function flip(step) {
   const count = scene().methods.length + 1;
@@ -211,106 +193,5 @@ function goToScene(index) {
   state.against = Math.min(state.against, scene().methods.length - 1);
   buildMethods();
   document.querySelectorAll(".scene").forEach((section, k) => { section.hidden = k !== next; });
+  byId("scenes").children[next].scrollIntoView({ block: "nearest", inline: "nearest" });
 }
-
-function showValue(data) {
-  if (!state.pointer) {
-    byId("value").textContent = "Move over the picture to read values.";
-    return;
-  }
-  const { x, y } = state.pointer, k = y * scene().width + x;
-  const rgb = (values) => [0, 1, 2].map((channel) => values[3 * k + channel].toPrecision(3).padStart(9)).join(" ");
-  const shown = state.mode === "side" ? [...scene().methods.keys()] : [state.method, ...(state.mode === "wipe" ? [state.against] : [])];
-  const lines = [...new Set(shown)].filter((method) => method !== REFERENCE).map((method) =>
-    `${nameOf(method).padEnd(24)} ${rgb(data.images[method])}   error ${data.errors[method][k].toPrecision(3).padStart(8)}   samples ${Math.round(data.counts[method][k])}`);
-  byId("value").textContent = [`pixel ${x * scene().factor}, ${y * scene().factor}`.padEnd(24) + "         R         G         B", ...lines, `${"reference".padEnd(24)} ${rgb(data.truth)}`].join("\n");
-}
-
-function showScale() {
-  byId("scale").style.visibility = state.layer === "picture" ? "hidden" : "visible";
-  const { errorTop, countRange: [least, most] } = scene(), parts = [0, 0.25, 0.5, 0.75, 1];
-  const text = state.layer === "error"
-    ? parts.map((part) => (100 * errorTop * part).toPrecision(2) + " %")
-    : parts.map((part) => String(Math.round(Math.max(least, 1) * (most / Math.max(least, 1)) ** part)));
-  byId("scale-ticks").replaceChildren(...text.map((label) => Object.assign(document.createElement("span"), { textContent: label })));
-}
-
-function showControls() {
-  const press = (element, pressed) => element.setAttribute("aria-pressed", String(pressed));
-  for (const [k, button] of [...byId("scenes").children].entries()) press(button, k === state.scene);
-  for (const button of byId("methods").children) press(button, Number(button.dataset.method) === state.method);
-  for (const button of byId("layers").children) press(button, button.dataset.layer === state.layer);
-  for (const button of byId("modes").children) press(button, button.dataset.mode === state.mode);
-  byId("against-label").hidden = byId("wipe-label").hidden = state.mode !== "wipe";
-  byId("against").value = String(state.against);
-  byId("wipe").value = String(state.wipe);
-  byId("exposure").value = String(state.stops);
-  byId("stops").textContent = (state.stops > 0 ? "+" : "") + state.stops;
-}
-
-function button(text, title, data, action) {
-  const made = Object.assign(document.createElement("button"), { type: "button", textContent: text, title });
-  Object.assign(made.dataset, data);
-  made.addEventListener("click", () => { action(); draw(); });
-  return made;
-}
-
-function buildMethods() {
-  const names = scene().methods.map((entry) => entry.name);
-  const buttons = names.map((name, k) => button(name, k < 9 ? `${k + 1}` : "", { method: k }, () => { state.method = k; }));
-  const focused = document.activeElement.dataset.method;
-  byId("methods").replaceChildren(...buttons, button("reference", "R", { method: REFERENCE }, () => { state.method = REFERENCE; }));
-  if (focused !== undefined) (byId("methods").querySelector(`[data-method="${focused}"]`) || byId("methods").lastChild).focus();
-  byId("against").replaceChildren(...[...names.keys(), REFERENCE].map((k) => new Option(nameOf(k), String(k))));
-}
-
-const keys = {
-  r: () => { state.method = REFERENCE; }, "[": () => goToScene(state.scene - 1), "]": () => goToScene(state.scene + 1),
-  p: () => { state.layer = "picture"; }, e: () => { state.layer = "error"; }, s: () => { state.layer = "samples"; },
-  f: () => { state.mode = "flip"; }, w: () => { state.mode = "wipe"; }, g: () => { state.mode = "side"; },
-  ",": () => expose(state.stops - 0.5), ".": () => expose(state.stops + 0.5),
-  "+": () => zoomBy(1.5), "=": () => zoomBy(1.5), "-": () => zoomBy(1 / 1.5), 0: fit, l: changeTheme,
-};
-
-function expose(stops) {
-  state.stops = Math.min(8, Math.max(-8, stops));
-}
-
-function fit() {
-  Object.assign(state, { zoom: 1, x: 0.5, y: 0.5 });
-}
-
-function changeTheme() {
-  const dark = matchMedia("(prefers-color-scheme: dark)").matches, root = document.documentElement;
-  const now = root.dataset.theme || (dark ? "dark" : "light");
-  root.dataset.theme = now === "dark" ? "light" : "dark";
-}
-
-document.addEventListener("keydown", (event) => {
-  if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("select, input:not([type=range])")) return;
-  const digit = Number(event.key);
-  if (digit >= 1 && digit <= scene().methods.length) state.method = digit - 1;
-  else if (keys[event.key.toLowerCase()]) keys[event.key.toLowerCase()]();
-  else return;
-  draw();
-});
-
-function start() {
-  if (!study.scenes.length) return;
-  byId("scenes").replaceChildren(...study.scenes.map((entry, k) => button(entry.name, "[ ]", {}, () => goToScene(k))));
-  buildMethods();
-  for (const element of byId("layers").children) element.addEventListener("click", () => { state.layer = element.dataset.layer; draw(); });
-  for (const element of byId("modes").children) element.addEventListener("click", () => { state.mode = element.dataset.mode; draw(); });
-  byId("exposure").addEventListener("input", (event) => { expose(Number(event.target.value)); draw(); });
-  byId("wipe").addEventListener("input", (event) => { state.wipe = Number(event.target.value); draw(); });
-  byId("against").addEventListener("change", (event) => { state.against = Number(event.target.value); draw(); });
-  byId("fit").addEventListener("click", () => { fit(); draw(); });
-  byId("theme").addEventListener("click", changeTheme);
-  const context = byId("scale-colours").getContext("2d"), row = context.createImageData(256, 1);
-  paintValues(row.data, Float32Array.from({ length: 256 }, (_, k) => k / 255), (value) => value);
-  context.putImageData(row, 0, 0);
-  window.addEventListener("resize", draw);
-  draw();
-}
-
-start();
