@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 REFERENCE_FACTOR = 64
 """Largest number of samples of a reference, as a multiple of the largest budget, unless it is given."""
-
-
+WIDTH = 320
+"""Largest width of the pictures, in pixels, unless a size is given: a reference of a large picture takes hours."""
 STOCK = ("independent", "multijitter")
 """Samplers with which plain ``mi.render`` is measured."""
 
@@ -57,17 +57,19 @@ def compare(
 
     spps = spp or [64]
     scene_settings = {"sensor": sensor} | ({"integrator": integrator} if integrator else {})
+    sizes = {scene: size or smaller_width(scene, sensor) for scene in scenes}
+    if not quiet and (smaller := {str(width) for width in sizes.values() if width and not size}):
+        typer.echo(f"Pictures are {' or '.join(smaller)} pixels wide; --size chooses another width, and takes longer.")
     criterion_files = {name_of(name): name for name in criterion or ["fused"]}
     criteria = list(dict.fromkeys(["uniform", *criterion_files]))
     plan = make_plan(
         {
             "name": plan_name(scenes),
-            "size": size,
             "spp": spps,
             "seeds": seeds,
             "first_seed": first_seed,
             "reference_spp": max(REFERENCE_FACTOR * max(spps), 16) if reference_spp is None else reference_spp,
-            "scenes": [{"path": str(scene), **scene_settings} for scene in scenes],
+            "scenes": [{"path": str(scene), "size": sizes[scene], **scene_settings} for scene in scenes],
             "methods": [
                 *({"name": name, "criterion": name, "objective": objective, "guide": None} for name in criteria),
                 *({"name": f"mi.render {name}", "sampler": name, "objective": objective} for name in STOCK),
@@ -89,6 +91,20 @@ def compare(
     chosen_options = [text for name, value in given.items() if value is not None for text in (name, str(value))]
     for scene, sentence in verdicts(results, scenes, criterion_files, chosen_options):
         typer.echo(f"\n{sentence}; use: tracer render {scene}")
+
+
+def smaller_width(scene: Path, sensor: int) -> int | None:
+    """Return the width at which a scene is compared; None for that of its film, or if the scene cannot be opened."""
+    from tracer.core import backend
+    from tracer.errors import TracerError
+    from tracer.scene.view import open_scene
+
+    backend.activate()
+    try:
+        with open_scene(scene, sensor) as view:
+            return WIDTH if view.size[1] > WIDTH else None
+    except TracerError:
+        return None  # the study says what is wrong
 
 
 def verdicts(

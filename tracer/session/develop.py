@@ -64,8 +64,8 @@ def develop(rendering: Rendering, features: bool, denoise: bool) -> Result:
     report.describe(view, statistics, state.done, schedule.noise)
     if denoise and report.spp < FEWEST_TO_DENOISE:
         report.note(
-            f"Denoised from {samples_in_words(report.spp)}: with fewer than {FEWEST_TO_DENOISE}, noise can hardly be told "
-            "from what is there, and spots stay; allow more samples or time, or make the picture smaller."
+            f"Denoised from {samples_in_words(report.spp)}: with fewer than {FEWEST_TO_DENOISE}, noise can hardly be "
+            "told from what is there, and spots stay; allow more samples or time, or make the picture smaller."
         )
     if not view.scene.emitters() and not np.any(bright[..., : view.colour_channels]):
         report.note("The picture is black, as the scene has no emitter: add a light, or something that shines.")
