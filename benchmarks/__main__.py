@@ -105,9 +105,22 @@ def time(
 ) -> None:
     """Time pictures of the bundled scenes and of those in a folder."""
     check_scenes(scenes)
+    check_resume(output, resume)
+    perform("time", output, overwrite or resume, quiet, scenes, resume, variant=variant)
+
+
+def radiosity(
+    output: Output, overwrite: options.Overwrite = False, resume: Resume = False, quiet: options.Quiet = False
+) -> None:
+    """Measure radiosity."""
+    check_resume(output, resume)
+    perform("radiosity", output, overwrite or resume, quiet, resume)
+
+
+def check_resume(output: Path, resume: bool) -> None:
+    """Raise SettingsError if there is nothing to go on with."""
     if resume and not (output / "results.json").exists():
         raise SettingsError(f"There is no '{output / 'results.json'}' to go on with.")
-    perform("time", output, overwrite or resume, quiet, scenes, resume, variant=variant)
 
 
 def check_scenes(folder: Path) -> None:
@@ -116,11 +129,16 @@ def check_scenes(folder: Path) -> None:
         raise SceneError(f"There is no scene '{folder}/NAME/scene.xml'; name the folder with the folders of scenes.")
 
 
-WITH_FOLDER: dict[str, Callable[..., None]] = {"guiding": guiding, "time": time, "viewpoint": viewpoint}
-"""Commands that are given a folder to read."""
+OF_THEIR_OWN: dict[str, Callable[..., None]] = {
+    "guiding": guiding,
+    "radiosity": radiosity,
+    "time": time,
+    "viewpoint": viewpoint,
+}
+"""Commands that are given a folder to read, or can go on."""
 
 for name, about in ABOUT.items():
-    app.command(name, help=about)(after_check(WITH_FOLDER.get(name) or command(name)))
+    app.command(name, help=about)(after_check(OF_THEIR_OWN.get(name) or command(name)))
 
 
 if __name__ == "__main__":

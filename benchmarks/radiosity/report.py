@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -34,49 +35,49 @@ Rows = list[dict[str, Any]]
 """Rows of a table, as plain values by name."""
 
 
-def report(folder: Path, progress: StepCallback) -> None:
-    """Measure everything, and write ``FILES``. Raises KeyboardInterrupt if ``progress`` stops it."""
+def report(folder: Path, progress: StepCallback, resume: bool = False) -> None:
+    """Measure everything, and write ``FILES``. Raises KeyboardInterrupt if ``progress`` stops it.
+
+    ``resume``: keep the parts of the numbers that the folder has, and measure those that it lacks.
+    """
     scenes = examples()
+    numbers = json.loads((folder / harness.NUMBERS).read_text()) if resume else {"seeds": convergence.SEEDS}
+    measures_curves, measures_solutions, measures_views, measures_paths = (
+        any(name not in numbers for name in names)
+        for names in (("curves", "gains", "uses"), ("solutions", "pictures"), ("views",), ("paths", "large"))
+    )
+    solved_count, viewed_count = (sum(example.name in names for example in scenes) for names in (SOLVED, VIEWED))
     announce = harness.StepCounter(
         progress,
-        len(scenes) * (1 + convergence.step_count() + ablations.step_count())
-        + sum(example.name in SOLVED for example in scenes) * solutions.step_count()
-        + len(VIEWED) * views.step_count()
-        + solutions.cornell_step_count(),
+        measures_curves * len(scenes) * (1 + convergence.step_count() + ablations.step_count())
+        + measures_solutions * solved_count * solutions.step_count()
+        + measures_views * viewed_count * views.step_count()
+        + measures_paths * solutions.cornell_step_count(),
     )
     curves: list[Curve] = []
-    uses: Rows = []
-    whole_solutions: Rows = []
-    pictures: Rows = []
-    many_views: Rows = []
+    measured: dict[str, Rows] = {name: [] for name in ("uses", "solutions", "pictures", "views")}
     for example in scenes:
-        announce(f"{example.name}, truth")
-        place = convergence.prepare(example)
-        curves += convergence.measure(place, announce)
-        uses += ablations.uses(place, announce)
-        if example.name == SHOWN:
-            figures.draw_both(place, "deviation, warp", folder / "figure_11.png")
-            figures.draw_both(place, "distinct, warp", folder / "figure_12.png")
-        if example.name in SOLVED:
-            whole_solutions += solutions.solutions(example, announce)
-            pictures.append(solutions.pictures(example, announce))
-        if example.name in VIEWED:
-            many_views.append(views.views(example, announce))
-    cornell = next(example for example in scenes if example.name == CORNELL)
-    paths = solutions.against_paths(cornell, announce)
-    large = solutions.large(cornell, announce)
-    figures.draw_curves(curves, folder / "convergence.png")
-    numbers = {
-        "seeds": convergence.SEEDS,
-        "curves": [asdict(curve) for curve in curves],
-        "gains": convergence.gains_over_even(curves),
-        "uses": uses,
-        "solutions": whole_solutions,
-        "pictures": pictures,
-        "views": many_views,
-        "paths": paths,
-        "large": large,
-    }
+        if measures_curves:
+            announce(f"{example.name}, truth")
+            place = convergence.prepare(example)
+            curves += convergence.measure(place, announce)
+            measured["uses"] += ablations.uses(place, announce)
+            if example.name == SHOWN:
+                figures.draw_both(place, "deviation, warp", folder / "figure_11.png")
+                figures.draw_both(place, "distinct, warp", folder / "figure_12.png")
+        if example.name in SOLVED and measures_solutions:
+            measured["solutions"] += solutions.solutions(example, announce)
+            measured["pictures"].append(solutions.pictures(example, announce))
+        if example.name in VIEWED and measures_views:
+            measured["views"].append(views.views(example, announce))
+    numbers |= {name: rows for name, rows in measured.items() if name not in numbers or rows}
+    if measures_curves:
+        figures.draw_curves(curves, folder / "convergence.png")
+        numbers |= {"curves": [asdict(curve) for curve in curves], "gains": convergence.gains_over_even(curves)}
+    if measures_paths:
+        cornell = next(example for example in scenes if example.name == CORNELL)
+        numbers["paths"] = solutions.against_paths(cornell, announce)
+        numbers["large"] = solutions.large(cornell, announce)
     harness.write(folder, numbers, to_page(numbers))
 
 

@@ -1,10 +1,11 @@
 """The page of results."""
 
+import json
 from dataclasses import replace
 
 import pytest
 
-from benchmarks.radiosity import ablations, convergence, report, solutions
+from benchmarks.radiosity import ablations, convergence, report, solutions, views
 from benchmarks.radiosity.scenes import examples
 
 
@@ -20,6 +21,9 @@ def test_a_small_report_has_all_its_files_and_can_be_stopped(tmp_path, monkeypat
     monkeypatch.setattr(solutions, "RAYS", 16)
     monkeypatch.setattr(solutions, "SIZES", (0.8,))
     monkeypatch.setattr(solutions, "PATHS", 64)
+    monkeypatch.setattr(views, "SPP", 1)
+    monkeypatch.setattr(views, "TURNS", 1)
+    monkeypatch.setattr(views, "TRUTH", 4)
     few = [name for name in ablations.USES if name in ("deviation", "entropy", "deviation, depth 0")]
     monkeypatch.setattr(ablations, "USES", {name: ablations.USES[name] for name in few})
     needed = [example for example in examples() if example.name in (report.SHOWN, report.CORNELL)]
@@ -35,3 +39,9 @@ def test_a_small_report_has_all_its_files_and_can_be_stopped(tmp_path, monkeypat
     page = (tmp_path / "results.md").read_text()
     assert "| deviation, warp |" in page
     assert "Many patches" in page
+    numbers = json.loads((tmp_path / "results.json").read_text())
+    (tmp_path / "results.json").write_text(json.dumps({name: numbers[name] for name in numbers if name != "views"}))
+    steps.clear()
+    report.report(tmp_path, lambda text, done, total: steps.append((done, total)), resume=True)
+    assert len(steps) == len(numbers["views"])  # nothing else is measured again
+    assert set(json.loads((tmp_path / "results.json").read_text())) == set(numbers)
