@@ -167,3 +167,12 @@ def test_a_result_is_not_saved_where_it_must_not(tmp_path, result, name, keyword
     assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("out.exr", "mine")]
     result.save(tmp_path / "out.exr", overwrite=True)
     assert exr.read_metadata(tmp_path / "out.exr")["complete"] == 1
+
+
+def test_a_result_and_its_report_say_what_a_person_wants_to_know(cornell):
+    result = tracer.render(cornell(), spp=4)
+    height, width = result.samples.shape
+    assert repr(result) == f"Result({width} x {height}, 4 samples per pixel, {result.seconds:.1f} s)"
+    text = str(result.report)
+    assert text.startswith("4 samples per pixel in 1 round, after which pixels had 4; ended by its budget of samples.")
+    assert all(note in text for note in result.report.notes)

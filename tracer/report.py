@@ -33,6 +33,15 @@ class Round:
     """Seconds that the round took."""
 
 
+WORDS: dict[Reason, str] = {
+    "spp": "its budget of samples",
+    "noise": "its noise target",
+    "time": "its limit of time",
+    "person": "a person",
+}
+"""What ended a render, in words."""
+
+
 @dataclass
 class Report:
     """What was decided in a render and why, and how long it took. Seconds are wall-clock seconds."""
@@ -80,6 +89,18 @@ class Report:
     """Seconds of drawing the features that were asked for or that a checkpoint keeps."""
     seconds_denoising: float = 0.0
     """Seconds of denoising, and of drawing the features for it if no checkpoint keeps them."""
+
+    def __str__(self) -> str:
+        """Return what a person wants to know: samples, rounds, what ended the render, and the notes."""
+        rounds = [
+            f"{drawn.least}" if drawn.least == drawn.most else f"{drawn.least} to {drawn.most}" for drawn in self.rounds
+        ]
+        text = f"{samples_in_words(self.spp)} in {len(rounds)} round{'' if len(rounds) == 1 else 's'}"
+        if rounds:
+            text += f", after which pixels had {', then '.join(rounds)}"
+        if self.stopped_by is not None:
+            text += f"; ended by {WORDS[self.stopped_by]}"
+        return "\n".join([f"{text}.", *self.notes])
 
     @property
     def complete(self) -> bool:

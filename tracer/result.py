@@ -10,7 +10,7 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.core.quantities import mean_count
+from tracer.core.quantities import mean_count, samples_in_words
 from tracer.core.version import version
 from tracer.denoising.postprocess import (
     Seen,  # imported at run time too: Dr.Jit looks up the type hints of objects that an integrator holds
@@ -53,6 +53,11 @@ class Result:
     """Wall-clock seconds from the first pilot ray to the developed image."""
     report: Report
     """What was decided in the render and why, and how long it took."""
+
+    def __repr__(self) -> str:
+        """Return size, samples and time: arrays of millions of numbers tell a person nothing."""
+        height, width = self.image.shape[:2]
+        return f"Result({width} x {height}, {samples_in_words(self.report.spp)}, {self.seconds:.1f} s)"
 
     @property
     def rgb(self) -> NDArray[np.float32]:

@@ -60,3 +60,14 @@ def test_the_next_picture_begins_anew(bar):
     watch(passes(0.1)[0])
     assert step.bar.tasks[0].percentage == pytest.approx(10)
     step.clear()
+
+
+def test_without_a_terminal_there_is_a_line_now_and_then(monkeypatch, capsys):
+    seconds = [0.0]
+    monkeypatch.setattr("tracer.cli.progress.time.monotonic", lambda: seconds[0])
+    monkeypatch.setattr("tracer.cli.progress.Console", lambda **_: Console(file=io.StringIO(), force_terminal=False))
+    step = Steps(False, lambda: False)
+    for now in (1.0, 29.0, 31.0, 45.0, 62.0):
+        seconds[0] = now
+        step("thin_rods", now, 62.0)
+    assert capsys.readouterr().err == "thin_rods: 50%\nthin_rods: 100%\n"

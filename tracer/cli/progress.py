@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import timedelta
@@ -12,6 +14,9 @@ from rich.text import Text
 
 from tracer.cli.signals import stopping
 from tracer.progress import Progress as Passed
+
+SECONDS_BETWEEN_LINES = 30.0
+"""Seconds between two lines that say how far the work is, where there is no terminal for a bar."""
 
 
 class TimeLeft(TimeRemainingColumn):
@@ -32,10 +37,14 @@ class Steps:
         self.bar = Progress(*columns, console=console, disable=quiet or not console.is_terminal, transient=True)
         self.task = self.bar.add_task("", total=None)
         self.stopped = stopped
+        self.writes_lines, self.last_line = not quiet and not console.is_terminal, time.monotonic()
 
     def __call__(self, description: str, done: float, total: float, left: float | None = None) -> bool:
         """Show that ``done`` of ``total`` steps are done; ``left``: seconds to the end, if the work estimates them."""
         self.bar.start()
+        if self.writes_lines and time.monotonic() - self.last_line > SECONDS_BETWEEN_LINES:
+            self.last_line = time.monotonic()
+            sys.stderr.write(f"{description}: {done / total if total else 0:.0%}\n")
         if done < self.bar.tasks[0].completed:
             self.bar.reset(self.task)
         self.bar.update(self.task, description=description, completed=done, total=total, left=left)

@@ -204,5 +204,6 @@ def in_words(result: Any) -> str:
         text += f"; {percent(report.converged, 1)} % converged"
         text += f" ({100 * report.settings.noise_share:g} % within {report.noise:.3g})"
     if report.pixels_at_most:
-        text += f"; {report.pixels_at_most} pixels have the most samples"
+        most_samples = report.settings.most_samples
+        text += f"; {report.pixels_at_most} pixels reached the most that a pixel may have, {most_samples} (--max-spp)"
     return text

@@ -134,10 +134,11 @@ def make_reference(setting: Setting, spp: int, progress: CountCallback | None = 
         chunk_spp = spp_of_chunk(studio.view.pixel_count)
         halves = [Half.load(path) or Half.empty(chunk_spp, *studio.view.size) for path in paths]
         adders = [by_mitsuba(studio, sampler), by_tracer(studio.view)]
+        total = 2 * chunk_spp * max(LEAST_CHUNKS, -(-spp // (2 * chunk_spp)))
         while (step := next_step(halves, spp)) is not None:
             adders[step](halves[step], FIRST_SEED + (0, 10**6)[step] + halves[step].chunks)
             halves[step].save(paths[step])
-            if progress is not None and progress(sum(half.spp for half in halves), spp) is False:
+            if progress is not None and progress(sum(half.spp for half in halves), total) is False:
                 raise KeyboardInterrupt
     return Reference(*halves)
 

@@ -66,6 +66,7 @@ def cover(
     typer.echo(
         f"{len(view_set.missing)} of {count} surfaces, {100 * view_set.missing_share:.1f} % of the visible area, "
         f"are not shown well{REASONS[view_set.ended].format(gain=f'{100 * least_gain:g} %')}. {len(view_set.unseen)}, "
-        f"{100 * view_set.unseen_area:.1f} % of the whole area, are seen from nowhere. {len(view_set.dropped)} views "
-        "became superfluous."
+        f"{100 * view_set.unseen_area:.1f} % of the whole area, are seen from nowhere."
     )
+    if len(view_set.dropped):
+        typer.echo(f"{len(view_set.dropped)} views were left out again, as later ones show what they showed.")

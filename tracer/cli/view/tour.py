@@ -52,3 +52,4 @@ def tour(
             lines = tour_inside(context, context.room, measure, steps, shown, cast(Avoided, avoid))
     if not view.quiet:
         simple_table(report.HEADINGS, lines, measure)
+        typer.echo(f"The film is {view.output / film}.")
