@@ -101,7 +101,8 @@ def mixed_rows(rows: Pictures, shape: FilterShape, typical: Typical) -> Singles:
     certain = is_certain(grey_mean, grey_error, rows.count)
     glare = find_glare(grey(rows.noisy, LARGEST), certain, typical.bright)
     result[glare] = rows.noisy[glare]
-    return result
+    # What was given back of too bright noise can be more than there is.
+    return np.maximum(result, np.minimum(rows.noisy, np.float32(0)), out=result)
 
 
 def grey(picture: Singles, largest: float) -> Singles:

@@ -15,7 +15,7 @@ from tracer.sampling.samples import make_sampler
 from tracer.scene.view import View
 from tracer.session.render_loop import Rendering
 
-FEWEST_TO_DENOISE = 4
+FEWEST_TO_DENOISE = 8
 """Samples per pixel below which a person is warned that a denoised picture will have spots."""
 
 
