@@ -21,12 +21,13 @@ extensions = [
     "sphinx_design",
     "sphinx_gallery.gen_gallery",  # runs the examples, and shows the pictures that they make
     "command_pages",
+    "keyword_lists",
     "plugin_pages",
     "criterion_pages",
 ]
 root_doc = "docs/index"
 include_patterns = ["docs/**", "results/*/results.md", "examples/**.ipynb", "scenes/README.md"]
-exclude_patterns = ["docs/extensions", "docs/gallery/**.ipynb", "docs/gallery/**.py", "examples/GALLERY_HEADER.rst"]
+exclude_patterns = ["docs/extensions", "docs/gallery/**.ipynb", "docs/gallery/**.py", "examples/README.rst"]
 source_suffix = {".md": "myst-nb", ".rst": "restructuredtext", ".ipynb": "myst-nb"}
 
 html_theme = "furo"
