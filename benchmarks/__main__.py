@@ -80,13 +80,18 @@ def command(name: str) -> Callable[..., None]:
 
 
 def viewpoint(
-    public: Public, output: Output, overwrite: options.Overwrite = False, quiet: options.Quiet = False
+    public: Public,
+    output: Output,
+    overwrite: options.Overwrite = False,
+    resume: Resume = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Measure views of the meshes and molecules in a folder."""
     for folder in ("meshes", "molecules"):
         if not (public / folder).is_dir():
             raise SceneError(f"There is no folder '{public / folder}'; name the folder that has it.")
-    perform("viewpoint", output, overwrite, quiet, public)
+    check_resume(output, resume)
+    perform("viewpoint", output, overwrite or resume, quiet, public, resume)
 
 
 def guiding(scenes: Scenes, output: Output, overwrite: options.Overwrite = False, quiet: options.Quiet = False) -> None:

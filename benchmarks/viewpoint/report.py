@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -71,10 +72,11 @@ SEEDS = 20
 """Number of seeds of the fast estimate."""
 
 
-def report(folder: Path, progress: StepCallback, public: Path) -> None:
+def report(folder: Path, progress: StepCallback, public: Path, resume: bool = False) -> None:
     """Measure everything, and write ``FILES`` and pictures; ``public`` has the folders ``meshes`` and ``molecules``.
 
-    Scenes in the folder ``scenes`` of ``public`` are searched too. Raises KeyboardInterrupt if ``progress`` stops it.
+    Scenes in the folder ``scenes`` of ``public`` are searched too. ``resume``: keep the sections that the folder has,
+    and measure those that it lacks. Raises KeyboardInterrupt if ``progress`` stops it.
     """
     opened = {path: replace(open_source(public / "meshes" / path), up=up) for path, up in MESHES.items()}
     scenes = {path.name: path for path in harness.bundled_scenes()}
@@ -83,17 +85,18 @@ def report(folder: Path, progress: StepCallback, public: Path) -> None:
     lit = {name: path for name, path in scenes.items() if opened[name].subject.scene.emitters()}
     pairs = measured_pairs(opened)
     drawings = [name for name, (file, _) in DRAWINGS.items() if file in opened]
-    total = 1 + len(pairs) + len(COVERED) * len(ENOUGH) + 1 + len(CRYSTALS + MOLECULES) + len(drawings) + len(lit)
-    announce = harness.StepCounter(progress, total)
-    sections = {
-        "Rate": rate(opened["bunny.ply"], announce),
-        "Searches": searches(opened, pairs, folder, announce),
-        "View sets": view_sets(opened, announce),
-        "Convergence of the fast estimate": convergence(opened, folder, announce),
-        "Light": lit_views(lit, folder, announce),
-        "Molecules": molecules(public / "molecules", folder, announce),
-        "Pictures": pictures(opened, folder, announce),
+    kept = json.loads((folder / harness.NUMBERS).read_text()) if resume else {}
+    parts: dict[str, tuple[int, Callable[[Announce], Any]]] = {
+        "Rate": (1, lambda announce: rate(opened["bunny.ply"], announce)),
+        "Searches": (len(pairs), lambda announce: searches(opened, pairs, folder, announce)),
+        "View sets": (len(COVERED) * len(ENOUGH), lambda announce: view_sets(opened, announce)),
+        "Convergence of the fast estimate": (1, lambda announce: convergence(opened, folder, announce)),
+        "Light": (len(lit), lambda announce: lit_views(lit, folder, announce)),
+        "Molecules": (len(CRYSTALS + MOLECULES), lambda announce: molecules(public / "molecules", folder, announce)),
+        "Pictures": (len(drawings), lambda announce: pictures(opened, folder, announce)),
     }
+    announce = harness.StepCounter(progress, sum(steps for name, (steps, _) in parts.items() if name not in kept))
+    sections = {name: kept[name] if name in kept else part(announce) for name, (_, part) in parts.items()}
     harness.write(folder, sections, to_page(sections))
 
 

@@ -80,6 +80,11 @@ def test_the_report(public, tmp_path, monkeypatch):
     for link in [part.split(")")[0] for part in page.split("](")[1:]]:
         assert (out / link).is_file(), link
     assert not list(out.glob("*/frame*.png"))
+    (out / "results.json").write_text(json.dumps({name: found[name] for name in found if name != "Molecules"}))
+    steps.clear()
+    report.report(out, lambda *step: steps.append(step), public, resume=True)
+    assert [text for text, _, _ in steps] == ["molecules: water.xyz"]  # the rest is kept
+    assert list(json.loads((out / "results.json").read_text())) == list(found)
 
 
 def test_the_table_of_searches():
