@@ -90,7 +90,7 @@ def write_pictures(
     from tracer.cli.progress import watch
     from tracer.radiosity import illuminance_files
     from tracer.radiosity.photometry import illuminance
-    from tracer.session.output import metadata
+    from tracer.result import metadata
     from tracer.session.render import render_request
 
     integrator.quantity = "irradiance"
