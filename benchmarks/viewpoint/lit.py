@@ -32,6 +32,8 @@ BINS = 64
 """Number of bins of the histogram of a picture's luminance."""
 DARK = 0.01
 """Luminance below which a pixel counts as dark; 1 is white."""
+ACROSS = 5
+"""Scenes side by side in the picture."""
 WAYS = {"geometry": False, "light": True}
 """Whether surfaces count as well as light shows them, by the name of the way."""
 
@@ -77,15 +79,19 @@ def content(picture: Floats) -> dict[str, float]:
     shown = np.cbrt(linear)  # about as bright as it looks
     counts = np.histogram(shown, BINS, (0, 1))[0]
     share = counts[counts > 0] / counts.sum()
-    return {"entropy": float(-np.sum(share * np.log2(share))), "dark": float(np.mean(linear < DARK))}
+    return {"entropy": float(np.sum(share * np.log2(1 / share))), "dark": float(np.mean(linear < DARK))}
 
 
 def draw(pictures: dict[str, dict[str, NDArray]], path: Path) -> None:
-    """Draw the pictures of both ways below each other, a column for each scene."""
-    with harness.figure(path, 2.6 * len(pictures), 5.6) as figure:
-        axes = figure.subplots(len(WAYS), len(pictures), squeeze=False)
-        for column, (name, shown) in enumerate(pictures.items()):
+    """Draw the pictures of both ways below each other, some scenes side by side."""
+    bands = -(-len(pictures) // ACROSS)
+    with harness.figure(path, 2.6 * min(len(pictures), ACROSS), 5.6 * bands) as figure:
+        axes = figure.subplots(len(WAYS) * bands, min(len(pictures), ACROSS), squeeze=False)
+        for axis in axes.flat:
+            axis.axis("off")
+        for number, (name, shown) in enumerate(pictures.items()):
+            band, column = divmod(number, ACROSS)
             for row, way in enumerate(WAYS):
-                axes[row][column].imshow(shown[way])
-                axes[row][column].set_title(f"{name}\n{way}" if row == 0 else way, fontsize=9)
-                axes[row][column].axis("off")
+                axis = axes[len(WAYS) * band + row][column]
+                axis.imshow(shown[way])
+                axis.set_title(f"{name}\n{way}" if row == 0 else way, fontsize=9)

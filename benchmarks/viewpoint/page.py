@@ -112,12 +112,16 @@ def lit_views(rows: Rows) -> str:
     better = sum(row["light"]["entropy"] > row["geometry"]["entropy"] for row in rows)
     means = {way: {key: np.mean([row[way][key] for row in rows]) for key in ("entropy", "dark")} for way in WAYS}
     lines = [
-        [row["scene"], *(f"{row[way]['entropy']:.2f}" for way in WAYS), *(f"{row[way]['dark']:.0%}" for way in WAYS)]
+        [
+            row["scene"],
+            *(f"{row[way]['entropy']:.2f}" for way in WAYS),
+            *(f"{100 * row[way]['dark']:.0f} %" for way in WAYS),
+        ]
         for row in [*rows, {"scene": "**mean**", **means}]
     ]
     return f"""
-The view with the greatest entropy of shapes, where every shape counts the same (geometry), and where it counts as \
-well as the scene's own light shows the brighter of its sides (light). Its picture, in that light, is judged by \
+The view with the greatest entropy of shapes, where every shape counts the same (geometry), and where each of its \
+sides counts as well as the scene's own light shows it (light). Its picture, in that light, is judged by \
 something else: the entropy of the histogram of luminance, in bits, and the share of dark pixels. The picture by light \
 has the greater entropy on {better} of {len(rows)} scenes.
 
