@@ -43,7 +43,7 @@ def test_parts_need_no_picture(tmp_path):
         assert str(path) in done.stdout
     done = run("merge", tmp_path / "1.ckpt", tmp_path / "2.ckpt", "-o", tmp_path / "out.exr")
     assert done.returncode == 0, done.stderr
-    assert "8 to 8 samples" in done.stdout
+    assert ", 8 samples per pixel, " in done.stdout
 
 
 def test_a_scheduler_that_is_not_there_is_a_sentence(tmp_path, monkeypatch):
