@@ -85,6 +85,11 @@ def figure(path: Path, width: float, height: float, dpi: int = 110) -> Iterator[
         empty_figure.savefig(temporary, dpi=dpi)
 
 
+def measured_before(folder: Path, resume: bool) -> dict[str, Any]:
+    """Return the results that a folder has as plain values, if they are to be kept; else nothing."""
+    return dict(json.loads((folder / NUMBERS).read_text())) if resume else {}
+
+
 def write(folder: Path, numbers: Any, text: str) -> None:
     """Write the results as plain values, and the page that shows them."""
     atomic.write_text(folder / NUMBERS, json.dumps(numbers, indent=1) + "\n")

@@ -33,7 +33,7 @@ class Round:
     """Seconds that the round took."""
 
 
-WORDS: dict[Reason, str] = {
+ENDED_BY: dict[Reason, str] = {
     "spp": "its budget of samples",
     "noise": "its noise target",
     "time": "its limit of time",
@@ -99,7 +99,7 @@ class Report:
         if rounds:
             text += f", after which pixels had {', then '.join(rounds)}"
         if self.stopped_by is not None:
-            text += f"; ended by {WORDS[self.stopped_by]}"
+            text += f"; ended by {ENDED_BY[self.stopped_by]}"
         return "\n".join([f"{text}.", *self.notes])
 
     @property

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -41,7 +40,7 @@ def report(folder: Path, progress: StepCallback, resume: bool = False) -> None:
     ``resume``: keep the parts of the numbers that the folder has, and measure those that it lacks.
     """
     scenes = examples()
-    numbers = json.loads((folder / harness.NUMBERS).read_text()) if resume else {"seeds": convergence.SEEDS}
+    numbers = {"seeds": convergence.SEEDS, **harness.measured_before(folder, resume)}
     measures_curves, measures_solutions, measures_views, measures_paths = (
         any(name not in numbers for name in names)
         for names in (("curves", "gains", "uses"), ("solutions", "pictures"), ("views",), ("paths", "large"))

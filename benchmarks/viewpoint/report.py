@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import json
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -85,7 +84,7 @@ def report(folder: Path, progress: StepCallback, public: Path, resume: bool = Fa
     lit = {name: path for name, path in scenes.items() if opened[name].subject.scene.emitters()}
     pairs = measured_pairs(opened)
     drawings = [name for name, (file, _) in DRAWINGS.items() if file in opened]
-    kept = json.loads((folder / harness.NUMBERS).read_text()) if resume else {}
+    kept = harness.measured_before(folder, resume)
     parts: dict[str, tuple[int, Callable[[Announce], Any]]] = {
         "Rate": (1, lambda announce: rate(opened["bunny.ply"], announce)),
         "Searches": (len(pairs), lambda announce: searches(opened, pairs, folder, announce)),

@@ -75,3 +75,7 @@ def test_a_spiral_is_even():
 def test_a_direction_needs_a_length():
     with pytest.raises(ValueError, match="length"):
         sphere.normalised([[0, 0, 1], [0, 0, 0]])
+
+
+def test_what_has_no_length_stays_where_that_is_allowed():
+    assert np.array_equal(sphere.normalised_or_zero([[0, 0, 2], [0, 0, 0]]), [[0, 0, 1], [0, 0, 0]])

@@ -9,7 +9,7 @@ import pytest
 from conftest import LIT
 from tracer.errors import SettingsError
 from tracer.study import cells
-from tracer.study.own_metrics import values_of
+from tracer.study.own_metrics import TAKEN, values_of
 from tracer.study.plan import make_plan
 from tracer.study.run import run_study
 
@@ -37,7 +37,9 @@ def test_a_metric_is_computed_and_written(plan, tmp_path):
     assert [entry.own["worst"] for entry in results.measurements] == pytest.approx(expected, rel=1e-6)
     assert results.tables()[0][0].own["worst"] == pytest.approx(np.mean(expected), rel=1e-6)
     with (tmp_path / "out" / "results.csv").open() as file:
-        assert [float(line["worst"]) for line in csv.DictReader(file)] == pytest.approx(expected, rel=1e-6)
+        lines = list(csv.DictReader(file))
+    assert [float(line["worst"]) for line in lines] == pytest.approx(expected, rel=1e-6)
+    assert set(lines[0]) - {"worst"} == TAKEN  # no metric can have the name of another column
     written = json.loads((tmp_path / "out" / "results.json").read_text())
     assert written["rows"][0]["own"]["worst"] == pytest.approx(np.mean(expected), rel=1e-6)
     assert f"| ball | 2 spp | uniform | {np.mean(expected):.4g} |" in (tmp_path / "out" / "results.md").read_text()

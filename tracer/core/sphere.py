@@ -22,6 +22,12 @@ def normalised(vectors: ArrayLike) -> Floats:
     return vectors / length
 
 
+def normalised_or_zero(vectors: ArrayLike) -> Floats:
+    """Return vectors (..., 3) scaled to unit length; those of length 0, as of faces without area, stay as they are."""
+    vectors = np.asarray(vectors, np.float64)
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)
+
+
 def octants() -> tuple[Floats, Integers]:
     """Return the ends of the three axes (6, 3) and the spherical triangles between them (8, 3), as in the paper."""
     axes = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], np.float64)

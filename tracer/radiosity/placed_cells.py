@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from tracer.core.arrays import Floats, Integers
+from tracer.core.sphere import normalised_or_zero
 from tracer.radiosity.hemisphere import NOTHING
 from tracer.radiosity.meshing import cell_corners, cells_of, corners_of
 from tracer.radiosity.patches import Patches
@@ -28,7 +29,7 @@ def placed_cells(patches: Patches) -> tuple[Floats, Floats, Integers]:
         face, _ = cells_of(cut_counts)
         local = np.concatenate([np.zeros((0, 3, 2)), *(cell_corners(cut_count) for cut_count in cut_counts.tolist())])
         places.append(between(corners[face], local))
-        normals.append(normalised(between(normals_of(shape, corners)[face], local)))
+        normals.append(normalised_or_zero(between(normals_of(shape, corners)[face], local)))
         shapes.append(np.full(len(face), number))
     return np.concatenate(places), np.concatenate(normals), np.concatenate(shapes)
 
@@ -57,8 +58,3 @@ def normals_of(shape: Any, corners: Floats) -> Floats:
         return vertices[np.array(shape.faces_buffer(), np.int64).reshape(-1, 3)]
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     return np.repeat(across[:, None], 3, axis=1)
-
-
-def normalised(vectors: Floats) -> Floats:
-    """Return vectors (..., 3) scaled to unit length; vectors of length 0 stay as they are."""
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)

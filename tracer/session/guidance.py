@@ -39,7 +39,7 @@ LEAST_UNASKED, LEAST_SECONDS = 1 << 22, 60.0
 """Fewest paths of a picture of many lights that learns unasked, and fewest seconds of a picture that has a limit."""
 NOT_WORTH_IT = "Not guided: to learn which lights matter where is not expected to pay here."
 NOT_POSSIBLE = "Not guided: that takes the integrator 'path' or 'guided', and this is a {}."
-OPEN_SPP = 16
+LEARNING_SPP = 16
 """Samples per pixel for which a picture learns that ends with a noise target or a time, if not fewer are allowed."""
 
 
@@ -78,7 +78,7 @@ def learns_unasked(view: View, settings: Settings) -> bool:
 
 def learning_spp(settings: Settings) -> int:
     """Return the samples per pixel for which a picture learns."""
-    return min(settings.spp, OPEN_SPP) if settings.is_open else settings.spp
+    return min(settings.spp, LEARNING_SPP) if settings.is_open else settings.spp
 
 
 def is_path(view: View) -> bool:

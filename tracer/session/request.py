@@ -86,7 +86,7 @@ class Request:
 
     progress: ProgressCallback | None = None
     remark: Tell = silent
-    """Hears of a large render before it begins, in a sentence for a person."""
+    """Hears, before the first sample, that a render is large or goes on from a checkpoint, in a sentence."""
     stage: Tell = silent
     """Hears what is being done whenever that changes and no samples tell of it, in a few words: "Opening the scene"."""
     checkpoint: CheckpointFile | None = None

@@ -24,7 +24,7 @@ def best(rows: list[Row]) -> Row | None:
 
 def pays(row: Row) -> bool:
     """Return whether a method is not worse than uniform sampling in the same time, as far as was measured."""
-    return row.gain_time is None or bounds(row.gain_time)[1] >= 1
+    return row.gain_time is None or ends(row.gain_time)[1] >= 1
 
 
 def in_words(row: Row, error: str) -> str:
@@ -39,7 +39,7 @@ def in_words(row: Row, error: str) -> str:
             f"On {row.scene} at {row.budget}, {row.method} gains nothing over uniform sampling: with as many samples "
             f"it has the same {error}"
         )
-    low, high = bounds(row.gain_time)
+    low, high = ends(row.gain_time)
     doubt = ""
     if row.seeds == 1:
         doubt = ", as far as a single seed can tell"
@@ -52,7 +52,7 @@ def in_words(row: Row, error: str) -> str:
     )
 
 
-def bounds(interval: Interval) -> tuple[float, float]:
+def ends(interval: Interval) -> tuple[float, float]:
     """Return the ends of an interval, or the value twice if there is no interval."""
     return (interval.mean, interval.mean) if math.isnan(interval.low) else (interval.low, interval.high)
 

@@ -6,6 +6,7 @@ import shutil
 import numpy as np
 import pytest
 
+from study.page.driver import wait
 from tracer.image.metrics import Scores
 from tracer.study.cells import Cell, RenderCost
 from tracer.study.page.build import write_page
@@ -88,3 +89,12 @@ def browser():
     opened = Chrome(options=options, service=ChromeService(driver))
     yield opened
     opened.quit()
+
+
+@pytest.fixture
+def page(browser, page_file):
+    """Open the page anew and wait until the first picture is drawn."""
+    browser.get(page_file.as_uri())
+    wait(browser, "document.querySelector('.caption')?.textContent")
+    yield browser
+    assert [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"] == []
