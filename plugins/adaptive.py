@@ -26,7 +26,7 @@ constant, because the expected picture does not depend on it.
    - Pilot rays per pixel; smallest and largest number of samples of any pixel. (Default: chosen by the budget)
  * - cost
    - |string|
-   - How the cost of a sample is estimated: by its rays (rays), or as equal for all samples (none). (Default: none)
+   - What a sample is taken to cost: the work of its path (work), or the same everywhere (none). (Default: work)
  * - importance
    - |string|
    - Image file, a mask or weights, by which the importance of each pixel is multiplied. (Default: none)

@@ -25,12 +25,12 @@ PATIENCE = 500
 
 
 @pytest.fixture(scope="session", autouse=True)
-def rays_per_decision():
+def work_of_decision():
     """Let decisions pay in pictures as small as those of tests, and return what they are taken to cost otherwise."""
-    usual = prediction.RAYS_PER_DECISION
+    usual = prediction.WORK_OF_DECISION
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(prediction, "RAYS_PER_DECISION", 0.0)
-        patch.setattr(prediction, "RAYS_PER_OBJECT", 0.0)
+        patch.setattr(prediction, "WORK_OF_DECISION", 0.0)
+        patch.setattr(prediction, "WORK_OF_OBJECT", 0.0)
         yield usual
 
 
@@ -77,7 +77,7 @@ def two_workers():
     from tracer.cluster.connection import connected, own_cluster
 
     with own_cluster(2) as cluster, connected(cluster) as client:
-        for name in ("RAYS_PER_DECISION", "RAYS_PER_OBJECT"):
+        for name in ("WORK_OF_DECISION", "WORK_OF_OBJECT"):
             client.run(setattr, prediction, name, 0.0)  # as in this process
         yield client
 

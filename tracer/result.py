@@ -39,8 +39,8 @@ class Result:
     importance: NDArray[np.float32]
     """(H, W): importance by which the last round was allocated; zeros if all pixels were to have the same."""
     cost: NDArray[np.float32]
-    """(H, W): what a sample costs, in rays: it takes the time of the longest path among the 16 samples that are traced
-    together."""
+    """(H, W): what a sample costs; 1 is a ray that meets nothing. A sample pays for its own path and waits for the
+    longest of the 16 that are traced together, see ``tracer.sampling.work``."""
     noisy: NDArray[np.float32] | None
     """(H, W, 1 or 3): the colours of ``image`` before it was denoised; None if it was not."""
     seen: Seen | None

@@ -25,6 +25,8 @@ SPPS, MORE_SPPS = (16, 64), (4, 256)
 """Samples per pixel of the pictures of all scenes, and further ones for SIZED."""
 SIZED = ("spheres_and_rods", "window_interior", MADE)
 """Scenes that are rendered with more numbers of samples, in several sizes, and with one thread."""
+DEAREST = ("volume-smoke",)
+"""Scenes whose samples take so long that their work is not compared with their time."""
 SIZES = ((128, 72), (512, 288), (1280, 720), (1920, 1080), (3840, 2160))
 """Sizes of their pictures, (width, height)."""
 MOST_SIZES_MADE = 3

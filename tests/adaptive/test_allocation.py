@@ -17,8 +17,8 @@ def situation(drawn, goal, total=None, may_settle=True):
     return Situation(drawn.astype(np.uint32), goal, goal if total is None else total, may_settle)
 
 
-def evidence(wanted=None, rays=4.0, count=4):
-    statistics = SimpleNamespace(rays=np.broadcast_to(np.float32(rays), GRID), count=np.full(GRID, count))
+def evidence(wanted=None, work=4.0, count=4):
+    statistics = SimpleNamespace(work=np.broadcast_to(np.float32(work), GRID), count=np.full(GRID, count))
     ones = np.ones(GRID)
     return Evidence(
         look=lambda: pytest.fail("nobody asked for pilot rays"),
@@ -39,8 +39,8 @@ def run(spends, importance, now, settings=None, **known):
 def test_where_the_pixels_to_spare_cost_nothing_there_is_nothing_to_gain():
     half = np.repeat([[0.0], [1.0]], 4, axis=0) * np.ones((1, 8))
     now = situation(np.full(GRID, 4), 8 * 64, 16 * 64)
-    assert not run("deviation", 0.3 + half, now, rays=5.0).settled
-    assert run("deviation", 0.3 + half, now, rays=1.0 + 99 * half).settled
+    assert not run("deviation", 0.3 + half, now, work=5.0).settled
+    assert run("deviation", 0.3 + half, now, make_settings(spp=16, cost="none"), work=1.0 + 99 * half).settled
 
 
 def test_a_deviation_is_followed_where_it_pays_and_not_where_it_does_not():
@@ -130,20 +130,20 @@ def test_nobody_gets_further_samples_beyond_the_most():
 
 
 def two_costs():
-    """Return rays per sample of two halves, 1 and 9, and what a pixel costs: the mean over 3 x 3 neighbours."""
-    rays = np.repeat([[1.0], [9.0]], 4, axis=0) * np.ones((1, 8))
+    """Return the work of a sample in two halves, 1 and 9, and what a pixel costs: the mean over 3 x 3 neighbours."""
+    work = np.repeat([[1.0], [9.0]], 4, axis=0) * np.ones((1, 8))
     rows = [1, 1, 1, 11 / 3, 19 / 3, 9, 9, 9]
-    return rays, np.array(rows)[:, None] * np.ones((1, 8))
+    return work, np.array(rows)[:, None] * np.ones((1, 8))
 
 
-@pytest.mark.parametrize("cost", ["none", "rays"])
+@pytest.mark.parametrize("cost", ["none", "work"])
 def test_of_two_pixels_of_one_deviation_the_dearer_gets_fewer_samples(cost):
     """With deviations s and costs c the error sum s^2 / n is least, at equal cost, for n ~ s / sqrt(c)."""
-    rays, costs = two_costs()
+    work, costs = two_costs()
     deviation = np.random.default_rng(3).uniform(1, 4, GRID)
     now = situation(np.full(GRID, 4), 8 * 64, 64 * 64)
-    decision = run("deviation", deviation, now, settings=make_settings(spp=64, cost=cost), rays=rays)
-    expected = deviation / np.sqrt(costs) if cost == "rays" else deviation
+    decision = run("deviation", deviation, now, settings=make_settings(spp=64, cost=cost), work=work)
+    expected = deviation / np.sqrt(costs) if cost == "work" else deviation
     assert decision.importance == pytest.approx(expected)
 
 

@@ -42,23 +42,23 @@ def test_what_is_predicted_is_gained_and_most_by_the_best_allocation(deviation, 
 
 
 @pytest.mark.parametrize(("size", "milliseconds"), [((144, 192), (16, 23)), ((512, 512), (85, 95))])
-def test_a_decision_is_taken_to_cost_what_it_was_measured_to_cost(size, milliseconds, rays_per_decision, monkeypatch):
-    """With two threads, where a ray takes 60 to 250 ns; over the samples for which it holds."""
-    monkeypatch.setattr(prediction, "RAYS_PER_DECISION", rays_per_decision)
-    pixels, statistics = size[0] * size[1], SimpleNamespace(rays=np.full(size, 4.0))
+def test_a_decision_is_taken_to_cost_what_it_was_measured_to_cost(size, milliseconds, work_of_decision, monkeypatch):
+    """With two threads, where the unit takes 60 to 250 ns; over the samples for which it holds."""
+    monkeypatch.setattr(prediction, "WORK_OF_DECISION", work_of_decision)
+    pixels, statistics = size[0] * size[1], SimpleNamespace(work=np.full(size, 4.0))
     now = Situation(np.full(size, 4, np.uint32), 8 * pixels, 32 * pixels, may_settle=True)
     rays = predicted_overhead(statistics, now) * 4 * 32 * pixels
     assert milliseconds[0] / 250e-6 < rays < milliseconds[1] / 60e-6
-    monkeypatch.setattr(prediction, "RAYS_PER_OBJECT", 450.0)
+    monkeypatch.setattr(prediction, "WORK_OF_OBJECT", 450.0)
     more = predicted_overhead(statistics, replace(now, object_count=2292)) * 4 * 32 * pixels - rays
     assert more == pytest.approx(180e-3 / 186e-9, rel=0.1)  # measured in thousand_lamps
-    monkeypatch.setattr(prediction, "RAYS_PER_OBJECT", 0.0)
+    monkeypatch.setattr(prediction, "WORK_OF_OBJECT", 0.0)
     shorter = predicted_overhead(statistics, replace(now, horizon=8 * pixels))
     assert shorter == pytest.approx(4 * predicted_overhead(statistics, now))
 
 
-def test_in_a_small_picture_hardly_a_decision_pays(rays_per_decision, monkeypatch):
-    monkeypatch.setattr(prediction, "RAYS_PER_DECISION", rays_per_decision)
-    statistics = SimpleNamespace(rays=np.full((8, 8), 4.0))
+def test_in_a_small_picture_hardly_a_decision_pays(work_of_decision, monkeypatch):
+    monkeypatch.setattr(prediction, "WORK_OF_DECISION", work_of_decision)
+    statistics = SimpleNamespace(work=np.full((8, 8), 4.0))
     now = Situation(np.full((8, 8), 4, np.uint32), 8 * 64, 32 * 64, may_settle=True)
     assert predicted_overhead(statistics, now) > 10

@@ -52,7 +52,7 @@ def test_a_budget_that_leaves_nothing_to_decide_has_one_round():
 
 def test_a_small_picture_of_many_shapes_has_one_round(monkeypatch):
     """Unless somebody asks for first samples, or for a limit that only rounds can keep."""
-    monkeypatch.setattr(prediction, "RAYS_PER_OBJECT", 450.0)
+    monkeypatch.setattr(prediction, "WORK_OF_OBJECT", 450.0)
     small, large = 192 * 144, 800 * 600
     assert round_goals(make_settings(spp=64), FUSED, small, 2292) == [64 * small]
     assert len(round_goals(make_settings(spp=64), FUSED, small, 370)) == 4

@@ -27,7 +27,7 @@ def row(count, invalid=0):
     made = {name: np.ones((*size, depth), np.float32) for name, depth in (("mean", 3), ("variance", 3), ("moments", 2))}
     invalid = np.full(size, invalid, np.uint32)
     peaks = np.full((*size, 1), 7, np.float32)
-    return Statistics(np.array([count], np.uint32), invalid, rays=np.ones(size, np.float32), peaks=peaks, **made)
+    return Statistics(np.array([count], np.uint32), invalid, work=np.ones(size, np.float32), peaks=peaks, **made)
 
 
 def test_nothing_is_what_an_estimate_knows_without_samples():

@@ -84,8 +84,8 @@ def report(worker="tcp://a", samples=100, opening=0.0, seconds=1.0, drawing=0.5)
 def row(size, count=1, invalid=0):
     singles = {name: np.zeros((1, size, depth), np.float32) for name, depth in (("mean", 3), ("variance", 3))}
     none = {name: np.zeros((1, size, 0), np.float32) for name in ("moments", "peaks")}
-    rays, counts = np.ones((1, size), np.float32), np.full((1, size), count, np.uint32)
-    return Statistics(counts, np.full((1, size), invalid, np.uint32), rays=rays, **singles, **none)
+    work, counts = np.ones((1, size), np.float32), np.full((1, size), count, np.uint32)
+    return Statistics(counts, np.full((1, size), invalid, np.uint32), work=work, **singles, **none)
 
 
 def answer(request, **more):

@@ -252,18 +252,18 @@ def test_a_pixel_that_no_sample_reaches_is_black(cornell):
     assert image[:, :2].min() > 0
 
 
-def test_rays_moments_and_peaks_are_means_and_maxima(cornell):
+def test_work_and_moments_are_means_and_peaks_are_maxima(cornell):
     random = np.random.default_rng(7)
     with open_scene(cornell(size=(3, 2))) as view:
         counts = np.array([[4, 0, 1], [2, 9, 3]], np.uint32)
         pixel = np.repeat(np.arange(6), counts.ravel())
-        rays, *drawn = random.random((6, len(pixel))).astype(np.float32)
+        vertices, *drawn = (5 * random.random((6, len(pixel)))).astype(np.float32)
         estimate = Estimate(view, moments=2, peaks=2)
         moments, peaks = ([mi.Float(each) for each in several] for several in (drawn[:2], drawn[2:4]))
         position = dr.full(mi.Point2f, 0.5, len(pixel))
         bad = drawn[4].copy()
         bad[0] = np.nan
-        all_samples = samples.Samples([mi.Float(bad)] * 3, position, mi.Float(rays), moments, peaks)
+        all_samples = samples.Samples([mi.Float(bad)] * 3, position, mi.Float(vertices), moments, peaks)
         estimate.add(line_of(counts.ravel()).take(len(pixel)), all_samples)
         found = estimate.statistics()
         assert np.array_equal(estimate.drawn(), counts)
@@ -271,12 +271,13 @@ def test_rays_moments_and_peaks_are_means_and_maxima(cornell):
         with pytest.raises(ValueError, match="another view"):
             Estimate(view, moments=1, peaks=3).restore(estimate.state())
     packet = np.arange(len(pixel)) // 16
-    of_packets = np.array([rays[packet == packet[lane]].max() for lane in range(len(pixel))])
+    longest = np.array([vertices[packet == packet[lane]].max() for lane in range(len(pixel))])
+    work = 1 + (longest > 1) + np.maximum(longest - 2, 0) + 5 * np.maximum(vertices - 2, 0)
     for k in range(6):
         own = (pixel == k) & np.isfinite(bad)
-        mean = [each[own].mean() if own.any() else 0 for each in (of_packets, *drawn[:2])]
+        mean = [each[own].mean() if own.any() else 0 for each in (work, *drawn[:2])]
         most = [each[own].max(initial=-np.inf) for each in drawn[2:4]]
-        assert [found.rays.flat[k], *found.moments.reshape(6, 2)[k]] == pytest.approx(mean, rel=1e-5)
+        assert [found.work.flat[k], *found.moments.reshape(6, 2)[k]] == pytest.approx(mean, rel=1e-5)
         assert list(found.peaks.reshape(6, 2)[k]) == most
 
 

@@ -19,23 +19,23 @@ def filter_weights(position):
 
 
 def made_up(counts, seed):
-    """Return values, positions, rays, moments and peaks of so many samples, one after the other; some not finite."""
+    """Return values, positions, moments and peaks of so many samples, one after the other; some not finite."""
     random = np.random.default_rng(seed)
     number = int(counts.sum())
     values = random.lognormal(0, 1, (CHANNELS, number)).astype(np.float32)
     values[0, ::7], values[1, 3::11] = np.nan, np.inf
     position = random.random((2, number)).astype(np.float32)
-    rays, *moments = random.random((1 + MOMENTS, number)).astype(np.float32)
-    return values, position, rays, moments, -random.random((PEAKS, number)).astype(np.float32)
+    moments = random.random((1 + MOMENTS, number)).astype(np.float32)
+    return values, position, moments, -random.random((PEAKS, number)).astype(np.float32)
 
 
 def summed(before, counts, seed):
     """Return a band with the samples of ``made_up``."""
-    values, position, rays, moments, peaks = made_up(counts, seed)
+    values, position, moments, peaks = made_up(counts, seed)
     band = Band(0, len(counts), CHANNELS, 2 * (CHANNELS + 1) + len(PADDING), MOMENTS, PEAKS)
     window = Line(Stretch(0, before, before + counts)).take(int(counts.sum()))
     device = [[mi.Float(each) for each in several] for several in (values, moments, peaks)]
-    band.add(window, Samples(device[0], mi.Point2f(position), mi.Float(rays), *device[1:]), filter_weights)
+    band.add(window, Samples(device[0], mi.Point2f(position), mi.Float(1.0), *device[1:]), filter_weights)
     return band
 
 
@@ -43,8 +43,8 @@ def by_loop(*parts):
     """Return the same sums of all samples of each pixel of (counts, seed) in ``parts``."""
     drawn = [(np.repeat(np.arange(len(counts)), counts), *made_up(counts, seed)) for counts, seed in parts]
     pixel = np.concatenate([each[0] for each in drawn])
-    values, position, rays, moments, peaks = (
-        np.concatenate([np.atleast_2d(each[k]) for each in drawn], axis=-1).astype(np.float64) for k in range(1, 6)
+    values, position, moments, peaks = (
+        np.concatenate([np.atleast_2d(each[k]) for each in drawn], axis=-1).astype(np.float64) for k in range(1, 5)
     )
     finite = np.isfinite(values).all(axis=0)
     sums = []
@@ -62,7 +62,6 @@ def by_loop(*parts):
                 *((values[:, own] - mean[:, None]) ** 2).sum(axis=1),
                 *np.ravel(footprint),
                 *PADDING,
-                *rays[:, own].sum(axis=1),
                 *moments[:, own].sum(axis=1),
                 *peaks[:, own].max(axis=1, initial=-np.inf),
             ]

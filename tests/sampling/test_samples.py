@@ -80,14 +80,14 @@ def test_a_camera_in_a_medium_sees_it():
     assert found.mean() == pytest.approx(np.exp(-1), abs=4 * 0.5 / 64)
 
 
-def drawn_rays(scene, spp=16):
-    """Return the rays of every sample of a scene."""
+def drawn_vertices(scene, spp=16):
+    """Return the vertices of the path of every sample of a scene."""
     sampler = mi.load_dict({"type": "owen_sobol"})
     with open_scene(scene) as view:
         counts = np.full(view.pixel_count, spp, np.uint32)
         pixel, index = lane_pixels(line_of(counts).take(1 << 20))
         drawn = samples.draw(view, sampler, mi.UInt32(1), pixel, index, mi.Float(0.25))
-        return drawn.rays.numpy()
+        return drawn.vertices.numpy()
 
 
 def camera_at(depth):
@@ -97,20 +97,19 @@ def camera_at(depth):
     return {"type": "scene", "integrator": {"type": "path", "max_depth": depth}, "sensor": camera}
 
 
-def test_a_path_that_leaves_the_scene_at_once_has_one_ray():
-    assert np.all(drawn_rays(camera_at(8) | {"sky": {"type": "constant"}}) == 1)
+def test_a_path_that_leaves_the_scene_at_once_has_one_vertex():
+    assert np.all(drawn_vertices(camera_at(8) | {"sky": {"type": "constant"}}) == 1)
 
 
-def test_rays_of_a_path_that_is_reflected_once_into_the_sky():
-    # To the plane, from there to the emitter, and a reflected one that leaves.
+def test_a_path_that_is_reflected_once_into_the_sky_has_two_vertices():
     plane = {"type": "rectangle", "to_world": mi.ScalarTransform4f().scale(100)}
-    assert np.all(drawn_rays(camera_at(8) | {"plane": plane, "sky": {"type": "constant"}}) == 3)
+    assert np.all(drawn_vertices(camera_at(8) | {"plane": plane, "sky": {"type": "constant"}}) == 2)
 
 
-def test_rays_between_two_mirrors_are_more_the_longer_the_path():
+def test_vertices_between_two_mirrors_are_more_the_longer_the_path():
     mirror = {"type": "conductor", "material": "none"}
     T = mi.ScalarTransform4f
     front = {"type": "rectangle", "to_world": T().scale(100), "bsdf": mirror}
     back = {"type": "rectangle", "to_world": T().translate([0, 0, 5]).rotate([0, 1, 0], 180).scale(100), "bsdf": mirror}
-    short, long = (drawn_rays(camera_at(depth) | {"a": front, "b": back}).mean() for depth in (3, 6))
+    short, long = (drawn_vertices(camera_at(depth) | {"a": front, "b": back}).mean() for depth in (3, 6))
     assert 1.5 * short < long

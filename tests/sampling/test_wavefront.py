@@ -2,14 +2,12 @@
 
 from importlib.resources import files
 
-import mitsuba as mi
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tracer.core.device import upload
-from tracer.sampling.wavefront import PACKET, Line, Stretch, lane_pixels, rays_of_packets
+from tracer.sampling.wavefront import PACKET, Line, Stretch, lane_pixels
 from tracer.scene.view import open_scene
 from tracer.session.local_drawer import LocalDrawer
 
@@ -144,10 +142,3 @@ def test_the_size_of_passes_changes_no_bit_where_rays_meet_two_surfaces(seed):
             drawer.close()
     for one, other in zip(*found, strict=True):
         assert np.array_equal(one, other)
-
-
-@pytest.mark.parametrize("size", [1, 15, 16, 40])
-def test_every_lane_takes_the_time_of_the_longest_path_of_its_packet(size):
-    rays = np.random.default_rng(size).integers(1, 60, size).astype(np.float32)
-    found = rays_of_packets(upload(mi.Float, rays)).numpy()[:size]
-    assert found.tolist() == [rays[lane // 16 * 16 : lane // 16 * 16 + 16].max() for lane in range(size)]

@@ -130,7 +130,7 @@ def test_too_small_a_budget_is_uniform_and_says_so(cornell):
 
 
 def test_too_many_shapes_for_a_small_picture_are_uniform_and_it_says_so(cornell, monkeypatch):
-    monkeypatch.setattr(prediction, "RAYS_PER_OBJECT", 1e3)
+    monkeypatch.setattr(prediction, "WORK_OF_OBJECT", 1e3)
     result = tracer.render(cornell(), spp=64)
     assert np.ptp(result.samples) == 0
     assert "Uniform: with 9 shapes and lights, a decision takes" in result.report.notes[0]
@@ -234,8 +234,8 @@ def test_a_criterion_sees_the_moments_that_it_asks_for(cornell):
     assert np.all(known.moments[..., 1] == 1.5)
     assert np.all(known.peaks[..., 0] >= known.mean[..., 1] * (1 - 1e-6))
     assert np.all(known.peaks[..., 0] <= known.mean[..., 1] * 4.0001)
-    assert known.rays.min() >= 1
-    assert known.rays.max() > 3
+    assert known.work.min() >= 1
+    assert known.work.max() > 3
 
 
 def test_a_preview_that_cannot_be_written_does_not_end_the_render(cornell, tmp_path):

@@ -22,7 +22,7 @@ DRAW = {
     "adaptive": "result = tracer.render(scene, size=64, spp=64); image, samples = result.image, result.samples",
     "uniform": "image = tracer.render(scene, size=64, spp=64, criterion='uniform').image",
     "unbiased": "image = tracer.render(scene, size=64, spp=64, unbiased=True).image",
-    "cost": "image = tracer.render(scene, size=64, spp=64, cost='rays').image",
+    "cost": "image = tracer.render(scene, size=64, spp=64, cost='work').image",
     "noise target": "image = tracer.render(scene, size=64, noise=0.2).image",
     "rigau": "image = tracer.render(scene, size=64, spp=32, criterion='rigau').image",
     "complexity": "image = tracer.render(scene, size=64, spp=32, criterion='shape_entropy').image",

@@ -38,7 +38,7 @@ def decide(
         return Decision(counts, importance=importance)
     if criterion.spends == "deviation" and evidence.statistics is not None:
         deviation, cost = upload(mi.Float64, importance), cost_of_sample(evidence.statistics)
-        share = deviation / dr.sqrt(cost) if settings.cost == "rays" else deviation
+        share = deviation / dr.sqrt(cost) if settings.cost == "work" else deviation
         gain = predicted_gain(share, upload(mi.Float64, evidence.wanted), deviation, cost)
         importance = to_host(share, importance.shape)
         overhead = predicted_overhead(evidence.statistics, situation)

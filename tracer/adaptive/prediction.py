@@ -13,17 +13,17 @@ from tracer.core.reductions import sums
 from tracer.core.smoothing import box, smoothed
 from tracer.film.estimate import Statistics
 
-RAYS_PER_DECISION, RAYS_PER_PIXEL, RAYS_PER_OBJECT = 1e5, 3.5, 450.0
+WORK_OF_DECISION, WORK_OF_PIXEL, WORK_OF_OBJECT = 1e5, 3.5, 450.0
 """What a decision (statistics, importance, another pass) costs, in all, for each pixel, and for each shape and light of
-the scene, all of which Dr.Jit visits before every pass; in rays of samples. With two threads a decision took 16 to
-23 ms for 28 000 pixels and 90 ms for 262 000, an empty pass 8 ms for 54 shapes and lights and 180 ms for 2292, and a
-ray 60 to 290 ns."""
+the scene, all of which Dr.Jit visits before every pass; in the unit of ``tracer.sampling.work``. With two threads a
+decision took 16 to 23 ms for 28 000 pixels and 90 ms for 262 000, an empty pass 8 ms for 54 shapes and lights and
+180 ms for 2292, and the unit 65 to 192 ns."""
 
 
 def cost_of_sample(statistics: Statistics) -> Any:
-    """Return the cost of a sample of each pixel (mi.Float64, row by row) in rays, averaged over 3 x 3 neighbours."""
-    height, width = statistics.rays.shape
-    (mean,) = smoothed(upload(mi.Float, statistics.rays), (height, width), box(3))
+    """Return the cost of a sample of each pixel (mi.Float64, row by row), averaged over 3 x 3 neighbours."""
+    height, width = statistics.work.shape
+    (mean,) = smoothed(upload(mi.Float, statistics.work), (height, width), box(3))
     return mi.Float64(dr.maximum(mean, 1.0))
 
 
@@ -43,13 +43,13 @@ def predicted_gain(share: Any, other_share: Any, deviation: Any, cost: Any) -> f
 def predicted_overhead(statistics: Statistics, situation: Situation) -> float:
     """Return the part of the time of uniform sampling that this decision takes; later decisions can be spared.
 
-    It is counted in rays, not in seconds, so that a picture does not depend on how busy the machine is.
+    It is counted as work, not in seconds, so that a picture does not depend on how busy the machine is.
     """
-    rays = max(float(statistics.rays.mean()), 1.0) * (situation.horizon or situation.total)
-    cost = RAYS_PER_DECISION + RAYS_PER_PIXEL * situation.drawn.size + cost_of_pass(situation.object_count)
-    return cost / rays
+    work = max(float(statistics.work.mean()), 1.0) * (situation.horizon or situation.total)
+    cost = WORK_OF_DECISION + WORK_OF_PIXEL * situation.drawn.size + cost_of_pass(situation.object_count)
+    return cost / work
 
 
 def cost_of_pass(object_count: int) -> float:
-    """Return what a pass costs in rays, beside its samples; ``object_count``: number of shapes and lights."""
-    return RAYS_PER_OBJECT * object_count
+    """Return what a pass costs, in units of work, beside its samples; ``object_count``: number of shapes and lights."""
+    return WORK_OF_OBJECT * object_count

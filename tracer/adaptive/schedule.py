@@ -20,8 +20,8 @@ FIRST_SAMPLES = 8
 to share out. Four samples tell a deviation so badly that at 16 samples per pixel, in the same time, less
 than half is gained."""
 
-TYPICAL_RAYS, MOST_LOST = 8.0, 0.04
-"""Rays that a sample is taken to trace before any is drawn, and the part of a picture's time that a first decision may
+TYPICAL_WORK, MOST_LOST = 8.0, 0.04
+"""What a sample is taken to cost before any is drawn, and the part of a picture's time that a first decision may
 take: it may be in vain."""
 
 
@@ -41,8 +41,8 @@ def leaves_no_time(settings: Settings, criterion: Criterion, pixel_count: int, o
     may_choose = settings.pilot_spp is None and not settings.unbiased and not settings.is_open
     if not may_choose or criterion.spends != "deviation" or not criterion.needs_radiance:
         return False
-    rays = TYPICAL_RAYS * settings.spp * pixel_count
-    return cost_of_pass(object_count) > MOST_LOST * rays
+    work = TYPICAL_WORK * settings.spp * pixel_count
+    return cost_of_pass(object_count) > MOST_LOST * work
 
 
 def round_goals(settings: Settings, criterion: Criterion, pixel_count: int, object_count: int = 0) -> list[int]:

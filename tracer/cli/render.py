@@ -116,7 +116,7 @@ def render(
     ] = None,
     cost: Annotated[
         str | None,
-        advanced("Cost of a sample: by its rays, or none for equal. (none)", Panel.WHERE, metavar="rays|none"),
+        advanced("Cost of a sample: the work of its path, or none for equal. (work)", Panel.WHERE, metavar="work|none"),
     ] = None,
     block: Annotated[
         int | None, advanced("Side of the blocks of ID complexity. [1]", Panel.WHERE, metavar="PIXELS")

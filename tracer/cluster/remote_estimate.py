@@ -93,7 +93,7 @@ def nothing(view: Frame, moments: int, peaks: int) -> Statistics:
         invalid=zeros(kind=np.uint32),
         mean=zeros(channels),
         variance=zeros(channels),
-        rays=zeros(),
+        work=zeros(),
         moments=zeros(moments),
         peaks=np.full((*view.grid, peaks), -np.inf, np.float32),
     )

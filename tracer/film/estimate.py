@@ -20,7 +20,8 @@ from tracer.core.device import interleave, numpy_kind, to_host, upload
 from tracer.film.pixel_sums import Tree, cut_into_bands, footprint_length, whole
 from tracer.film.reconstruction import reconstruct
 from tracer.sampling.samples import Samples
-from tracer.sampling.wavefront import Window, rays_of_packets
+from tracer.sampling.wavefront import Window
+from tracer.sampling.work import work_of
 from tracer.scene.frame import Frame
 from tracer.scene.view import View
 
@@ -37,9 +38,8 @@ class Statistics:
     """(H, W, C): mean of the finite samples; 0 where there is none."""
     variance: Singles
     """(H, W, C): unbiased variance of one sample; 0 where there are fewer than two."""
-    rays: Singles
-    """(H, W): mean over a pixel's samples of the most rays within their packets (``rays_of_packets``), which is what a
-    sample costs; 0 where there is no sample."""
+    work: Singles
+    """(H, W): mean of what a pixel's samples cost, in the unit of ``tracer.sampling.work``; 0 where there is none."""
     moments: Singles
     """(H, W, K): means of the moments that a criterion asked for."""
     peaks: Singles
@@ -69,7 +69,7 @@ class Estimate:
 
     def add(self, window: Window, samples: Samples) -> None:
         """Add the samples of a pass. Samples that are not finite in every channel are counted and left out."""
-        samples = replace(samples, rays=rays_of_packets(samples.rays))
+        samples = replace(samples, moments=[work_of(samples.vertices), *samples.moments])
         for band in self.bands:
             if window.touches(band.first, band.size):
                 band.add(window, samples, self.filter_weights)
@@ -151,7 +151,7 @@ class Estimate:
             invalid=to_host(whole(self.bands, "invalid"), grid),
             mean=mean,
             variance=variance,
-            rays=extra[..., 0].copy(),
+            work=extra[..., 0].copy(),
             moments=extra[..., 1:].copy(),
             peaks=peaks,
         )

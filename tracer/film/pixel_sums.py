@@ -51,7 +51,7 @@ class Band:
         make them a multiple of AT_ONCE.
         """
         self.extra = [dr.zeros(mi.Float, size) for _ in range(1 + moments)]
-        """Sum of rays, then the sums of the moments that a criterion asked for."""
+        """Sum of work, then the sums of the moments that a criterion asked for."""
         self.peaks = [dr.full(mi.Float, -dr.inf, size) for _ in range(peaks)]
 
     @property
@@ -74,7 +74,7 @@ class Band:
         return dr.gather(mi.Float, footprint, entry)
 
     def add(self, window: Window, samples: Samples, filter_weights: FilterWeights) -> None:
-        """Add the samples of a pass that belong to the band's pixels."""
+        """Add the samples of a pass that belong to the band's pixels; the first of their moments is their work."""
         begin, end = window.lanes_of(self.first, self.size)
         # The loop writes to the arrays that it is given; copies keep those of ``sums`` as they are.
         count, invalid, mean, deviation, footprint, extra, peaks = copy(self.sums)
@@ -142,7 +142,7 @@ def step(
         sums = [entry for packet in packets for entry in packet]
         added = [dr.fma(*pair, entry) for pair, entry in zip(factors, sums[: len(factors)], strict=True)]
         packets = in_packets([*added, *sums[len(factors) :]])
-    arrays = [dr.gather(mi.Float, quantity, lane) for quantity in (samples.rays, *samples.moments)]
+    arrays = [dr.gather(mi.Float, quantity, lane) for quantity in samples.moments]
     extra = [total + dr.select(finite, quantity, 0.0) for total, quantity in zip(extra, arrays, strict=True)]
     arrays = [dr.gather(mi.Float, quantity, lane) for quantity in samples.peaks]
     peaks = [dr.select(finite, dr.maximum(peak, quantity), peak) for peak, quantity in zip(peaks, arrays, strict=True)]

@@ -11,6 +11,7 @@ import mitsuba as mi
 
 from tracer.core.device import divide
 from tracer.sampling.recordable import Recordable
+from tracer.sampling.work import vertices_of
 from tracer.scene.view import View
 
 
@@ -22,8 +23,8 @@ class Samples:
     """A list with an mi.Float for each channel of the image."""
     position: Any
     """mi.Point2f: place of the sample within its pixel, in [0, 1)^2."""
-    rays: Any
-    """mi.Float: number of rays that the sample is taken to have traced, see ``rays_of``."""
+    vertices: Any
+    """mi.Float: number of vertices of the sample's path, see ``vertices_of``."""
     moments: list[Any] = field(default_factory=list)
     """A list with an mi.Float for each quantity whose mean over a pixel a criterion asked for."""
     peaks: list[Any] = field(default_factory=list)
@@ -96,7 +97,7 @@ def follow(
     radiance, valid, aovs = sample_radiance(view, sampler, ray)
     values = view.to_channels(weight * radiance, valid, ray.wavelengths)
     extra = moments(values[: view.colour_channels], index) if moments is not None else ([], [])
-    return Samples([*values, *aovs], position, rays_of(sampler.dimension - of_camera), *extra)
+    return Samples([*values, *aovs], position, vertices_of(sampler.dimension - of_camera), *extra)
 
 
 def moment_counts(view: View, moments: Moments | None) -> tuple[int, int]:
@@ -105,16 +106,6 @@ def moment_counts(view: View, moments: Moments | None) -> tuple[int, int]:
         return 0, 0
     means, peaks = moments([mi.Float(1.0)] * view.colour_channels, mi.UInt32(0))
     return len(means), len(peaks)
-
-
-def rays_of(dimensions: Any) -> Any:
-    """Return the number of rays of a path (mi.Float) from the number of dimensions (mi.UInt32) that it drew.
-
-    Mitsuba's ``path`` draws four dimensions per vertex, the last one included: for an emitter, a lobe, a direction and
-    roulette. It traces a ray to each vertex and, except from the last one, a ray to an emitter: 2 k - 1 rays for k
-    vertices. An integrator that draws the same number along every path is taken to cost the same everywhere.
-    """
-    return dr.maximum(0.5 * mi.Float(dimensions) - 1.0, 1.0)
 
 
 HIDES_ARRAYS = ("ThinLensCamera",)
@@ -145,7 +136,7 @@ class Recorded(Recordable):
             else:
                 camera_sample = camera_rays(view, sampler, pixel, scale_or_camera_sample)
             samples = follow(view, sampler, camera_sample, index, moments)
-            drawn = (samples.values, samples.position, samples.rays, samples.moments, samples.peaks)
+            drawn = (samples.values, samples.position, samples.vertices, samples.moments, samples.peaks)
             dr.eval(drawn)
             return drawn
 

@@ -186,15 +186,6 @@ def ceil(lane: Any) -> Any:
     return floor(lane + PACKET - 1)
 
 
-def rays_of_packets(rays: Any) -> Any:
-    """Return the rays (mi.Float) that each lane takes the time of: the most of any lane of its packet.
-
-    All lanes of a packet run as long as its longest path. Entries after the last lane are of no meaning.
-    """
-    packet = min(PACKET, dr.width(rays))
-    return dr.repeat(dr.block_reduce(dr.ReduceOp.Max, rays, packet), packet)
-
-
 def lane_pixels(window: Window, first_pixel: int = 0) -> tuple[Any, Any]:
     """Return (pixel, sample index) of every lane of a window, mi.UInt32 each.
 

@@ -75,7 +75,7 @@ def develop(rendering: Rendering, features: bool, denoise: bool) -> Result:
         stderr=stderr,
         complexity=layer(view, entropy),
         importance=layer(view, state.importance),
-        cost=statistics.rays[view.inner],
+        cost=statistics.work[view.inner],
         noisy=noisy,
         seen=seen,
         channels=list(view.channels),

@@ -203,7 +203,7 @@ def picture(
         stderr=stderr,
         complexity=nothing,
         importance=nothing,
-        cost=statistics.rays[frame.inner],
+        cost=statistics.work[frame.inner],
         noisy=noisy,
         seen=None,
         channels=list(frame.channels),

@@ -3,7 +3,7 @@
 Both are measured, with seeds that nothing else uses. The squared error of a pixel's mean after n samples is the
 variance of that mean over seeds. For a low-discrepancy sequence it is less than the variance of one sample over n, by a
 factor that depends on the pixel. Costs are seconds: squares of pixels are drawn one by one and timed; within a square,
-the time is divided among the pixels in proportion to the rays of their paths.
+the time is divided among the pixels in proportion to the work of their paths.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def measure_errors(view: View, tell: Tell) -> dict[str, Any]:
 
 def measure_cost(view: View, drawing: samples.Recorded, tell: Tell) -> Singles:
     """Return the seconds of a sample of each pixel of the film's grid, relative to the mean."""
-    rays = render_uniform(view, 16, FIRST_SEED)[1].rays.astype(np.float64)
+    work = render_uniform(view, 16, FIRST_SEED)[1].work.astype(np.float64)
     height, width = view.grid
     cost = np.zeros(view.grid)
     overhead = min(seconds_of(view, drawing, np.zeros(64, np.int64), 1) for _ in range(2 * TIMINGS))
@@ -110,7 +110,7 @@ def measure_cost(view: View, drawing: samples.Recorded, tell: Tell) -> Singles:
             square = slice(top, top + SQUARE), slice(left, left + SQUARE)
             pixels = np.arange(view.pixel_count).reshape(view.grid)[square].ravel()
             seconds = min(seconds_of(view, drawing, pixels, TIMED_SPP) for _ in range(TIMINGS)) - overhead
-            cost[square] = rays[square] * max(seconds, 0.0) / rays[square].sum()
+            cost[square] = work[square] * max(seconds, 0.0) / work[square].sum()
     cost = np.maximum(cost, 0.02 * cost.mean())
     return (cost / cost.mean()).astype(np.float32)
 
