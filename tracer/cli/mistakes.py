@@ -27,7 +27,9 @@ def in_words(error: Any, program: Any, arguments: Sequence[str]) -> str:
         names = [
             name for option in command.params for name in (*option.opts, *option.secondary_opts) if name[:1] == "-"
         ]
-        return f"There is no option '{error.option_name}'{did_you_mean(error.option_name, names, f'; {help}')}"
+        likely = nearest(error.option_name.lstrip("-"), [name.lstrip("-") for name in names])
+        hint = next((f", did you mean '{name}'?" for name in names if name.lstrip("-") == likely), f"; {help}")
+        return f"There is no option '{error.option_name}'{hint}"
     if unknown := re.match(r"No such command '(.*?)'", message):
         return f"There is no command '{unknown[1]}'{did_you_mean(unknown[1], list(command.commands), f'; {help}')}"
     if kind == "MissingParameter" and parameter is not None:
