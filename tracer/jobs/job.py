@@ -13,8 +13,8 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from tracer import criteria
+from tracer.core.own_code import FILE_ENDING
 from tracer.core.suggest import did_you_mean
-from tracer.criteria.registry import FILE_ENDING
 from tracer.errors import OutputError, SettingsError
 from tracer.io import atomic
 from tracer.scene.loaded import LoadedScene
