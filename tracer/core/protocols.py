@@ -1,4 +1,4 @@
-"""What Mitsuba hands over, as far as tracer uses it: for editors and type checkers, in public signatures.
+"""What Mitsuba and Dask hand over, as far as tracer uses it: for editors and type checkers, in public signatures.
 
 The classes of Mitsuba are others in every variant and exist only once one is active, so nothing can be checked against
 them. Each protocol lists what is asked of such an object, with the types that Python sees. Arrays on the device are
@@ -182,3 +182,13 @@ class Scene(Protocol):
         self, ray: mi.Ray3f, *arguments: Any, **keywords: Any
     ) -> mi.PreliminaryIntersection3f:
         """Return the shape and the place on it that rays hit first."""
+
+
+class DaskClient(Protocol):
+    """The way to workers that run already: ``distributed.Client``, of the extra ``cluster``."""
+
+    def submit(self, func: Any, *args: Any, **kwargs: Any) -> Any:
+        """Let a worker call a function, and return its future."""
+
+    def scheduler_info(self) -> Any:
+        """Return what there is to know about the workers, by address."""

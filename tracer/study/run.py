@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from tracer.core import backend
+from tracer.core.protocols import DaskClient
 from tracer.image.metrics import Scores, relative_mse
 from tracer.progress import StepCallback
 from tracer.study import cells, oracle, render_cells
@@ -45,7 +46,7 @@ def run_study(
     output: Path,
     progress: StepCallback | None = None,
     overwrite: bool = False,
-    cluster: Any = None,
+    cluster: int | str | DaskClient | None = None,
     metrics: Mapping[str, Metric] | None = None,
 ) -> Results:
     """Measure all that a plan asks for, write it to the folder ``output`` after every scene, and return it.
