@@ -19,7 +19,7 @@ def in_words(error: Any, program: Any, arguments: Sequence[str]) -> str:
     ``program``: the command of the whole program. ``arguments``: what was written after its name.
     """
     path, command = command_of(program, arguments)
-    help = f"see: {' '.join([*path, '--help'])}"
+    help = f"see {' '.join([*path, '--help'])}."
     parameter = getattr(error, "param", None)
     message = error.format_message().strip().rstrip(".")
     kind = type(error).__name__
