@@ -10,3 +10,11 @@ def tests(session: nox.Session) -> None:
     """Install as the README says, and run the tests."""
     session.install(".[test]")
     session.run("pytest", *session.posargs)
+
+
+@nox.session(default=False)
+def links(session: nox.Session) -> None:
+    """Follow the documentation's links to other sites, without running the examples; this needs a network."""
+    session.install(".[docs]")
+    without_examples = ["-D", "plot_gallery=0", "-D", "nb_execution_mode=off"]
+    session.run("sphinx-build", "-q", "-W", "-b", "linkcheck", *without_examples, "-c", "docs", ".", "build/links")

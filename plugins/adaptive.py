@@ -132,7 +132,14 @@ class AdaptiveIntegrator(mi.SamplingIntegrator):
         """Return ``seed``, or the seed of the parameters if ``seed`` is 0, which stands for none."""
         return seed_number(seed) or self.settings.get("seed", 0)
 
-    def sample(self, scene: mi.Scene, sampler: mi.Sampler, ray: Any, medium: Any = None, active: Any = True) -> Any:
+    def sample(
+        self,
+        scene: mi.Scene,
+        sampler: mi.Sampler,
+        ray: mi.RayDifferential3f,
+        medium: mi.Medium | None = None,
+        active: mi.Bool | bool = True,
+    ) -> tuple[mi.Spectrum, mi.Bool, list[mi.Float]]:
         return self.nested.sample(scene, sampler, ray, medium, active)
 
     def aov_names(self) -> list[str]:

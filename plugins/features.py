@@ -50,8 +50,13 @@ class FeatureIntegrator(mi.SamplingIntegrator):
         self.daylight = mi.load_dict({"type": "d65"}) if mi.is_spectral else None
 
     def sample(
-        self, scene: mi.Scene, sampler: mi.Sampler, ray: Any, medium: Any = None, active: Any = True
-    ) -> tuple[Any, Any, list[Any]]:
+        self,
+        scene: mi.Scene,
+        sampler: mi.Sampler,
+        ray: mi.RayDifferential3f,
+        medium: mi.Medium | None = None,
+        active: mi.Bool | bool = True,
+    ) -> tuple[mi.Spectrum, mi.Bool, list[mi.Float]]:
         surface = scene.ray_intersect(ray, mi.RayFlags.All, coherent=True, active=active)
         hit = surface.is_valid() & active
         albedo = dr.clip(
@@ -62,12 +67,12 @@ class FeatureIntegrator(mi.SamplingIntegrator):
         depth = dr.select(hit, surface.t, 0.0)
         return mi.Spectrum(0.0), hit, [*albedo, *normal, depth]
 
-    def reflected(self, surface: Any, bsdf: Any, hit: Any) -> Any:
-        """Return the share of light that surfaces reflect (mi.Color3f); 0 where nothing is hit."""
+    def reflected(self, surface: mi.SurfaceInteraction3f, bsdf: mi.BSDFPtr, hit: mi.Bool) -> mi.Color3f:
+        """Return the share of light that surfaces reflect; 0 where nothing is hit."""
         # This mode weights samples without the factor by which radiance changes where it enters glass.
         context = mi.BSDFContext(mi.TransportMode.Importance)
 
-        def reflectance(surface: Any) -> Any:
+        def reflectance(surface: mi.SurfaceInteraction3f) -> mi.UnpolarizedSpectrum:
             diffuse = hit & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Diffuse)
             sampled = bsdf.sample(context, surface, mi.Float(0.5), mi.Point2f(0.5), hit & ~diffuse)[1]
             colour = dr.select(diffuse, plain(bsdf.eval_diffuse_reflectance(surface, diffuse)), plain(sampled))
@@ -75,13 +80,13 @@ class FeatureIntegrator(mi.SamplingIntegrator):
 
         return dr.select(hit, self.colour(reflectance, surface), 0.0)
 
-    def emitted(self, surface: Any, scene: mi.Scene, active: Any) -> Any:
-        """Return the radiance (mi.Color3f) of the emitters that rays hit, the sky included."""
+    def emitted(self, surface: mi.SurfaceInteraction3f, scene: mi.Scene, active: mi.Bool | bool) -> mi.Color3f:
+        """Return the radiance of the emitters that rays hit, the sky included."""
         emitter = surface.emitter(scene, active)
         return self.colour(lambda surface: plain(emitter.eval(surface, active)), surface)
 
-    def colour(self, spectrum: Spectrum, surface: Any) -> Any:
-        """Return a spectrum as linear sRGB (mi.Color3f)."""
+    def colour(self, spectrum: Spectrum, surface: mi.SurfaceInteraction3f) -> mi.Color3f:
+        """Return a spectrum as linear sRGB."""
         if self.daylight is None:
             values = spectrum(surface)
             return mi.Color3f(values.x) if mi.is_monochromatic else mi.Color3f(values)
@@ -101,8 +106,8 @@ class FeatureIntegrator(mi.SamplingIntegrator):
         return "FeatureIntegrator[]"
 
 
-def plain(spectrum: Any) -> Any:
-    """Return a spectrum without its polarization (mi.UnpolarizedSpectrum)."""
+def plain(spectrum: mi.Spectrum) -> mi.UnpolarizedSpectrum:
+    """Return a spectrum without its polarization."""
     return mi.unpolarized_spectrum(spectrum) if isinstance(spectrum, mi.Spectrum) else spectrum
 
 

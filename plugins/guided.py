@@ -49,18 +49,18 @@ NO_LIMIT = 2**32 - 1
 class LightSample:
     """What was learned at a vertex of a path: one shadow ray to a light that was chosen."""
 
-    taught: Any
-    """mi.Bool: whether there was such a vertex."""
-    position: Any
-    """mi.Point3f"""
-    normal: Any
-    """mi.Vector3f: of the surface, on the side from which it is seen."""
-    slot: Any
-    """mi.UInt32: slot that was chosen; see ``tracer.guiding.slots``."""
-    chance: Any
-    """mi.Float: with which it was chosen."""
-    given: Any
-    """mi.Float: what this would have given to the pixel if the choice of the slot had been certain."""
+    taught: mi.Bool
+    """Whether there was such a vertex."""
+    position: mi.Point3f
+    """Place of the vertex."""
+    normal: mi.Vector3f
+    """Normal of the surface, on the side from which it is seen."""
+    slot: mi.UInt32
+    """Slot that was chosen; see ``tracer.guiding.slots``."""
+    chance: mi.Float
+    """Chance with which it was chosen."""
+    given: mi.Float
+    """What this would have given to the pixel if the choice of the slot had been certain."""
 
     @classmethod
     def nothing(cls) -> LightSample:
@@ -109,8 +109,13 @@ class GuidedIntegrator(mi.SamplingIntegrator):
             self.table = self.learned = None  # they are of this scene
 
     def sample(
-        self, scene: mi.Scene, sampler: mi.Sampler, ray: Any, medium: Any = None, active: Any = True
-    ) -> tuple[Any, Any, list[Any]]:
+        self,
+        scene: mi.Scene,
+        sampler: mi.Sampler,
+        ray: mi.RayDifferential3f,
+        medium: mi.Medium | None = None,
+        active: mi.Bool | bool = True,
+    ) -> tuple[mi.Spectrum, mi.Bool, list[mi.Float]]:
         radiance, valid, _ = self.follow(scene, sampler, ray, active, vertices=0)
         return radiance, valid, []
 
@@ -218,7 +223,7 @@ class GuidedIntegrator(mi.SamplingIntegrator):
         )
 
 
-def power_heuristic(density: Any, other: Any) -> Any:
+def power_heuristic(density: mi.Float, other: mi.Float) -> mi.Float:
     """Return the weight of a sample that another technique might have drawn (Veach 1997, eq. 9.13)."""
     square = dr.square(density)
     weight = square / (square + dr.square(other))
@@ -226,7 +231,9 @@ def power_heuristic(density: Any, other: Any) -> Any:
 
 
 @dr.syntax
-def behind_emitters(scene: mi.Scene, ray: Any, hit: Any, active: Any) -> Any:
+def behind_emitters(
+    scene: mi.Scene, ray: mi.Ray3f, hit: mi.PreliminaryIntersection3f, active: mi.Bool
+) -> mi.PreliminaryIntersection3f:
     """Return what rays of the camera hit behind the lights that they hit first."""
     ray = mi.Ray3f(ray)
     skips = mi.Bool(active) & hit.is_valid() & (hit.shape.emitter() != None)  # noqa: E711

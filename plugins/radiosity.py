@@ -153,8 +153,13 @@ class RadiosityIntegrator(mi.SamplingIntegrator):
         return super().render(scene, *arguments, **keywords)
 
     def sample(
-        self, scene: mi.Scene, sampler: mi.Sampler, ray: Any, medium: Any = None, active: Any = True
-    ) -> tuple[Any, Any, list[Any]]:
+        self,
+        scene: mi.Scene,
+        sampler: mi.Sampler,
+        ray: mi.RayDifferential3f,
+        medium: mi.Medium | None = None,
+        active: mi.Bool | bool = True,
+    ) -> tuple[mi.Spectrum, mi.Bool, list[mi.Float]]:
         self.prepare_scene(scene)
         primal_ray = mi.Ray3f(ray.o, ray.d)
         if self.show == "gather":

@@ -16,7 +16,7 @@ from tracer.cluster import hired
 from tracer.core import backend
 from tracer.core.arrays import Floats
 from tracer.core.plain_values import plain
-from tracer.core.protocols import Integrator, Scene, Sensor
+from tracer.core.protocols import DaskClient, Integrator, Scene, Sensor
 from tracer.core.suggest import did_you_mean
 from tracer.criteria import Criterion, Evidence
 from tracer.errors import SettingsError
@@ -61,7 +61,7 @@ def render(
     overwrite: bool = False,
     progress: ProgressCallback | None = None,
     memory_limit: float | None = None,
-    cluster: Any = None,
+    cluster: int | str | DaskClient | None = None,
     started: float | None = None,
     **unknown: Never,
 ) -> Result:
@@ -175,7 +175,9 @@ def render(
         return render_request(replace(request, workers=workers))
 
 
-def criterion_name(criterion: Any, checkpoint: Any) -> Any:
+def criterion_name(
+    criterion: str | Path | Criterion | Callable[[Evidence], Floats] | None, checkpoint: str | Path | None
+) -> Any:
     """Return the name of a criterion, which may be a function.
 
     Raises SettingsError for a function that is not registered if there is a ``checkpoint``, which must name it.

@@ -19,6 +19,7 @@ from tracer.guiding.table import LightChances, LightTable
 from tracer.guiding.training import VERTICES, Paths, Trainer, Trials, joined, keys_of, seeded_rays
 from tracer.sampling.samples import make_sampler
 from tracer.scene.view import View
+from tracer.session.guidance import guided_of
 
 DEPTHS = (1, 2, 3, 4, 5, 6, 8, 12)
 """Lengths at which paths are cut, so that differences tell what each part of a path gives; beyond the last, the rest
@@ -50,7 +51,7 @@ def follow(view: View, plan: SlotPlan, seed: int, path_count: int) -> Choices:
     All ends of the same path are drawn with the same numbers, so that differences between them are its parts.
     """
     chosen = choose(view.grid, 0, 1, 0, path_count // 2)
-    limit = view.integrator.max_depth
+    limit = guided_of(view).max_depth
     ends = [depth for depth in DEPTHS if depth < limit]
     cut: list[Floats] = []
     for depth in ends:
@@ -78,12 +79,13 @@ def follow(view: View, plan: SlotPlan, seed: int, path_count: int) -> Choices:
 @contextmanager
 def guided_to(view: View, depth: int) -> Iterator[View]:
     """Yield a view whose paths end at a depth."""
-    own = view.integrator.max_depth
-    view.integrator.max_depth = depth
+    integrator = guided_of(view)
+    own = integrator.max_depth
+    integrator.max_depth = depth
     try:
         yield replace(view)
     finally:
-        view.integrator.max_depth = own
+        integrator.max_depth = own
 
 
 def trained(view: View, plan: SlotPlan, seed: int, chosen: Chosen) -> tuple[Paths, list[Trials]]:
@@ -93,7 +95,7 @@ def trained(view: View, plan: SlotPlan, seed: int, chosen: Chosen) -> tuple[Path
         return trainer.train(LightTable.of(view.scene, plan, LightChances.stock(plan)), seed, 0, chosen)
     finally:
         trainer.close()
-        view.integrator.table = None
+        guided_of(view).table = None
 
 
 def direction_bins(view: View, seed: int, inputs: list[Any]) -> list[Indices]:

@@ -9,6 +9,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 from tracer.cli.app import app
+from tracer.cli.options import all_shown
 
 
 def all_commands(command: Any, name: str) -> Iterator[tuple[str, Any]]:
@@ -26,7 +27,8 @@ def in_markdown(name: str, command: Any) -> str:
     context = command.context_class(command, info_name=name)
     groups: dict[str, list[str]] = {}
     for parameter in command.params:
-        record = parameter.get_help_record(context)
+        with all_shown(command):
+            record = parameter.get_help_record(context)
         is_argument = parameter.param_type_name == "argument"
         group = "Arguments" if is_argument else getattr(parameter, "rich_help_panel", None) or "Options"
         if record is not None:

@@ -30,6 +30,21 @@ def test_the_help_of_render_is_one_screen_and_all_options_are_another(tracer_pro
     assert tracer_program("render", "--help")[1] == out
 
 
+@pytest.mark.parametrize("name", ["measure", "map", "best", "tour", "cover"])
+def test_the_help_of_views_is_one_screen_and_all_options_are_another(tracer_program, monkeypatch, name):
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setattr("typer.rich_utils.MAX_WIDTH", 80)
+    code, out, _ = tracer_program("view", name, "--help")
+    lines = out.splitlines()
+    assert (code, len(lines) <= 49, max(map(len, lines)) <= 80, "…" in out) == (0, True, True, False)
+    parameters = typer.main.get_command(app).commands["view"].commands[name].params
+    options = {option for parameter in parameters for option in parameter.opts if option[:2] == "--"}
+    everything = tracer_program("view", name, "--help-all")[1]
+    assert {option for option in options if option not in everything} == set()
+    assert len(re.findall(r"--[a-z-]+", everything)) > len(re.findall(r"--[a-z-]+", out)) + 8
+    assert tracer_program("view", name, "--help")[1] == out
+
+
 def render_parameters():
     return typer.main.get_command(app).commands["render"].params
 

@@ -46,6 +46,16 @@ def test_every_picture_has_a_name_of_its_own():
     assert (str(files[0].scene), str(files[0].output), files[0].define) == ("a/s.0012.xml", "b/out.0012.exr", {})
 
 
+def test_every_frame_may_be_in_a_folder_of_its_own(tmp_path):
+    (frame,) = pictures_of(job(scene="a/####/s.xml", frames="12"), 1)
+    assert (str(frame.scene), str(frame.output), frame.define) == ("a/0012/s.xml", "b/out.0012.exr", {})
+    (tmp_path / "C#").mkdir()
+    scene = tmp_path / "C#" / "s.xml"
+    scene.write_text("<scene>$frame</scene>")  # a file that exists is meant as it is written
+    (frame,) = pictures_of(job(scene=scene, frames="12"), 1)
+    assert (frame.scene, frame.define) == (scene, {"frame": "12"})
+
+
 def test_a_configuration_gives_what_the_command_line_does_not(tmp_path):
     path = tmp_path / "render.toml"
     path.write_text(

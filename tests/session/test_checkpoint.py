@@ -118,7 +118,7 @@ def test_a_checkpoint_of_another_render_is_refused(cornell, tmp_path, change, se
 def test_another_version_is_refused(cornell, tmp_path, monkeypatch):
     path = tmp_path / "state.ckpt"
     tracer.render(cornell(), checkpoint=path, **SETTINGS)
-    monkeypatch.setattr(checkpoint, "version", lambda: "99")
+    monkeypatch.setattr(checkpoint, "release", lambda: "99")
     with pytest.raises(CheckpointError, match=r"version 0\.1\.0 there and 99 here"):
         tracer.render(cornell(), checkpoint=path, resume=True, **SETTINGS)
 

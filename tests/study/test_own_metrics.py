@@ -10,8 +10,9 @@ from conftest import LIT
 from tracer.errors import SettingsError
 from tracer.study import cells
 from tracer.study.own_metrics import TAKEN, values_of
-from tracer.study.plan import make_plan
+from tracer.study.plan import make_plan, parse_plan
 from tracer.study.run import run_study
+from tracer.study.toml_location import Origin
 
 
 @pytest.fixture
@@ -66,6 +67,35 @@ def test_what_is_no_metric_is_refused_before_the_first_ray(plan, tmp_path, name,
     with pytest.raises(SettingsError, match=message):
         run_study(plan, tmp_path / "out", metrics={name: metric})
     assert not (tmp_path / "out").exists()
+
+
+def test_a_plan_names_files_with_metrics(tmp_path, scene_file):
+    scene = scene_file(LIT + '<shape type="sphere"><point name="center" x="0" y="0" z="4"/></shape>', "ball.xml")
+    text = (
+        'name = "small"\nspp = [2]\nseeds = 1\nreference_spp = 64\nmetrics = ["mine.py"]\n[[scenes]]\n'
+        f'path = "{scene}"\n[[methods]]\nname = "uniform"\ncriterion = "uniform"\n'
+    )
+    (tmp_path / "mine.py").write_text(
+        "from math import exp\nimport numpy as np\nfrom statistics import fmean\n"
+        "def _both(picture, reference): return picture.max(), reference.max()\n"
+        "def brighter(picture, reference): return np.subtract(*_both(picture, reference))\n"
+    )
+    plan = parse_plan(text, Origin("mine.toml", text), tmp_path, None)
+    (measured,) = run_study(plan, tmp_path / "out", metrics={"one": lambda picture, reference: 1}).measurements
+    assert set(measured.own) == {"brighter", "one"}  # and not fmean, which the file has from elsewhere
+    mistakes = [
+        ("", "mine.toml, line 5: .*mine.py' has no function"),
+        ("def psnr(picture, reference): pass", "mine.toml, line 5: .*'psnr' is the name of another column"),
+        ("x = 1\ny = 1 / 0", "mine.toml, line 5: .*mine.py', line 2: ZeroDivisionError"),
+    ]
+    for code, message in mistakes:
+        (tmp_path / "mine.py").write_text(code)
+        with pytest.raises(SettingsError, match=message):
+            run_study(plan, tmp_path / "other")
+    (tmp_path / "mine.py").unlink()
+    with pytest.raises(SettingsError, match=r"mine.toml, line 5: There is no file '.*mine.py'"):
+        run_study(plan, tmp_path / "other")
+    assert not (tmp_path / "other").exists()
 
 
 def test_grey_pictures_reach_a_metric_in_colour():

@@ -3,9 +3,11 @@
 import ast
 import contextlib
 import os
+import re
 import subprocess
 import sys
 import sysconfig
+import tomllib
 from importlib import metadata
 from pathlib import Path
 from zipfile import ZipFile
@@ -15,6 +17,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 from conftest import PATIENCE
+from tracer.core.version import release
 
 ROOT = Path(__file__).parents[2]
 OPTIONAL = {"IPython", "ase", "av", "dask", "distributed", "gemmi", "meshio", "mitsuba_oidn", "tevclient"}
@@ -49,6 +52,32 @@ def test_what_is_imported_is_installed_with_the_wheel():
     packages = metadata.packages_distributions()
     missing = {name for name in modules if present.isdisjoint(map(canonicalize_name, packages.get(name, [])))}
     assert not missing
+
+
+def test_all_texts_name_the_same_last_release():
+    last = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools_scm"]["fallback_version"]
+    assert f"\nversion: {last}\n" in (ROOT / "CITATION.cff").read_text()
+    assert re.findall(r"^## (\d\S*)", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)[0] == last
+
+
+@pytest.mark.parametrize(
+    "version", ["0.1.0", "0.1.0.post12+g1a2b3c4", "0.1.0.post12+g1a2b3c4.d20300101", "0.1.0.dev3", "0.1.0+d20300101"]
+)
+def test_what_may_go_on_together_is_asked_by_the_release(monkeypatch, version):
+    monkeypatch.setattr(metadata, "version", lambda name: version)
+    assert release() == "0.1.0"
+
+
+@pytest.mark.slow
+def test_a_shallow_clone_without_tags_installs_where_there_is_no_git(tmp_path):
+    if not (ROOT / ".git").exists():
+        pytest.skip("this is no clone")
+    clone, wheels = tmp_path / "clone", tmp_path / "wheels"
+    subprocess.run(["git", "clone", "-q", "--depth", "1", "--no-tags", ROOT.as_uri(), str(clone)], check=True)
+    command = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "--wheel-dir", str(wheels), str(clone)]
+    subprocess.run(command, check=True, env={**os.environ, "PATH": str(tmp_path)})
+    last = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools_scm"]["fallback_version"]
+    assert [path.name.split("-")[1] for path in wheels.iterdir()] == [last]
 
 
 @pytest.mark.slow

@@ -10,10 +10,14 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import tracer.cli.startup  # noqa: F401  before anything that takes time
 from tracer.cli.guard import guarded
-from tracer.errors import TracerError
+from tracer.errors import SettingsError, TracerError
+
+if TYPE_CHECKING:
+    from typer import Typer
 
 
 def main() -> None:
@@ -25,7 +29,24 @@ def run() -> None:
     """Run the program in this process."""
     from tracer.cli.app import app
 
-    in_one_sentence(lambda: app(args=repeat_option(sys.argv[1:], "--spp")))
+    in_one_sentence(lambda: parsed(app, repeat_option(sys.argv[1:], "--spp")))
+
+
+def parsed(app: Typer, arguments: list[str]) -> None:
+    """Run the command that the arguments ask for, and exit with its code. Raises SettingsError if they are mistaken."""
+    import typer
+
+    from tracer.cli import mistakes
+
+    usage_error: Any = typer.BadParameter.__base__
+    program = typer.main.get_command(app)
+    try:
+        sys.exit(program(args=arguments, prog_name="tracer", standalone_mode=False))
+    except usage_error as error:
+        if type(error).__name__ == "NoArgsIsHelpError":
+            typer.echo(error.ctx.get_help())
+            sys.exit(error.exit_code)
+        raise SettingsError(mistakes.in_words(error, program, arguments)) from None
 
 
 def in_one_sentence(work: Callable[[], None]) -> None:

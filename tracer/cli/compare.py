@@ -94,17 +94,18 @@ def compare(
 
 
 def smaller_width(scene: Path, sensor: int) -> int | None:
-    """Return the width at which a scene is compared; None for that of its film, or if the scene cannot be opened."""
+    """Return the width at which a scene is compared; None for that of its film, or if there is no such film."""
     from tracer.core import backend
-    from tracer.errors import TracerError
-    from tracer.scene.view import open_scene
+    from tracer.errors import SceneError
 
     backend.activate()
+    from tracer.scene.film_width import film_width
+
     try:
-        with open_scene(scene, sensor) as view:
-            return WIDTH if view.size[1] > WIDTH else None
-    except TracerError:
+        width = film_width(scene, sensor)
+    except SceneError:
         return None  # the study says what is wrong
+    return WIDTH if width is not None and width > WIDTH else None
 
 
 def verdicts(

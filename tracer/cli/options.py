@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -9,11 +11,18 @@ import typer
 
 
 class Panel:
-    """Headings under which the help of ``render`` groups its options."""
+    """Headings under which help groups options: those of ``render``, and then those of ``view``."""
 
     STOP = "When to stop, and how to go on"
     WHERE = "Where the samples go"
     WHO = "Who draws them"
+
+    MEASURE = "What is measured"
+    SURFACES = "What counts as a surface"
+    STAND = "From where it is seen"
+    ATOMS = "Molecules and crystals"
+    FILM = "The film"
+    END = "When a set of views is large enough"
 
 
 CRITERIA = """
@@ -34,25 +43,46 @@ def advanced(
     name: str | None = None,
     short: str | None = None,
     metavar: str | None = None,
+    min: float | None = None,
+    max: float | None = None,
 ) -> Any:
-    """Return an option that only ``--help-all`` shows; its ``name`` is that of the parameter if it is None."""
+    """Return an option that only ``--help-all`` shows; its ``name`` is that of the parameter if it is None.
+
+    ``help`` tells the default in brackets.
+    """
+    return basic(help, panel, name=name, short=short, metavar=metavar, min=min, max=max, hidden=True)
+
+
+def basic(
+    help: str, panel: str | None = None, *, name: str | None = None, short: str | None = None, **more: Any
+) -> Any:
+    """Return an option that ``--help`` shows in a line; its ``name`` is that of the parameter if it is None.
+
+    ``help`` tells the default in brackets.
+    """
     names = [declared for declared in (name, short) if declared is not None]
-    return typer.Option(*names, help=help, metavar=metavar, rich_help_panel=panel, hidden=True)
+    return typer.Option(*names, help=help, rich_help_panel=panel, show_default=False, **more)
+
+
+@contextmanager
+def all_shown(command: Any) -> Iterator[None]:
+    """Let the help of a command show all options while the block runs."""
+    hidden = [parameter for parameter in command.params if getattr(parameter, "hidden", False)]
+    try:
+        for parameter in hidden:
+            parameter.hidden = False
+        yield
+    finally:
+        for parameter in hidden:
+            parameter.hidden = True
 
 
 def show_all(context: typer.Context, asked: bool) -> None:
     """Show the help with all options, and end the program, if ``asked``."""
-    if not asked:
-        return
-    hidden = [parameter for parameter in context.command.params if getattr(parameter, "hidden", False)]
-    try:
-        for parameter in hidden:
-            parameter.hidden = False  # type: ignore[attr-defined]
-        typer.echo(context.get_help())
-    finally:
-        for parameter in hidden:
-            parameter.hidden = True  # type: ignore[attr-defined]
-    raise typer.Exit
+    if asked:
+        with all_shown(context.command):
+            typer.echo(context.get_help())
+        raise typer.Exit
 
 
 def criteria_names() -> list[str]:

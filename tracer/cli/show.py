@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from tracer.study.clock import clock_warning
 from tracer.study.results import Results
 from tracer.study.tables import CLOSE_MARK, HEADINGS, bounds, cells, measured
 
@@ -94,6 +95,8 @@ def study_tables(results: Results) -> None:
         ]
         headings = ("budget", "method", "gain, samples", "gain, time", "worst")
         simple_table(headings, lines, "geometric mean over scenes")
+    if (warning := clock_warning(results)) is not None:
+        console.print(warning)
     if results.kept:
         console.print(f"{results.kept} pictures were kept from an earlier run")
     for failure in results.failures:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import tracer
-from tracer.core.version import version
+from tracer.core.version import release
 from tracer.errors import ClusterError, SettingsError
 from tracer.scene.view import Crop, Size
 from tracer.session.state import Arrays
@@ -76,7 +76,7 @@ def make_setup(
 @cache
 def software() -> dict[str, str]:
     """Return the software that samples depend on, by name: versions, and a hash of tracer's source."""
-    own_software = {"tracer": version(), "tracer's source": source_hash()}
+    own_software = {"tracer": release(), "tracer's source": source_hash()}
     return own_software | {name: importlib.metadata.version(name.lower()) for name in ("Mitsuba", "DrJit")}
 
 

@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from typing import Any
 
 import drjit as dr
 import mitsuba as mi
@@ -23,6 +22,7 @@ from tracer.core import parallel
 from tracer.core.arrays import Floats
 from tracer.core.device import divide, multiplicity, numbers_hit
 from tracer.core.hashing import mix
+from tracer.core.protocols import KeyedSampler
 from tracer.sampling.samples import camera_ray
 from tracer.scene.view import View
 
@@ -106,7 +106,7 @@ class Complexity:
         return repeated[: self.grid[0], : self.grid[1]]
 
 
-def measure_complexity(view: View, sampler: Any, seed: int, rays: int, block: int = 1) -> Complexity:
+def measure_complexity(view: View, sampler: KeyedSampler, seed: int, rays: int, block: int = 1) -> Complexity:
     """Trace ``rays`` pilot rays per pixel and measure the complexity of blocks of ``block`` x ``block`` pixels.
 
     Where the size of the image is no multiple of the block, blocks at the edge are filled with its last pixels again.
@@ -123,7 +123,7 @@ def measure_complexity(view: View, sampler: Any, seed: int, rays: int, block: in
     return Complexity(view.grid, block, rays, len(view.scene.shapes()), same_shape, same_face, hit, look_at_geometry)
 
 
-def measure_geometry(view: View, sampler: Any, seed: int, rays: int, block: int = 1) -> NDArray[np.float32]:
+def measure_geometry(view: View, sampler: KeyedSampler, seed: int, rays: int, block: int = 1) -> NDArray[np.float32]:
     """Return g = cos / d^2 of each pilot ray (rows of blocks, columns, K); 0 for one that misses.
 
     cos is taken between the ray and the normal of the surface itself (not the shading normal), whichever side is seen;
@@ -150,7 +150,7 @@ def slabs(view: View, rays: int, block: int) -> Iterator[tuple[int, int]]:
 
 
 def measure_rows(
-    view: View, sampler: Any, seed: int, rays: int, block: int, top: int, rows: int, columns: int
+    view: View, sampler: KeyedSampler, seed: int, rays: int, block: int, top: int, rows: int, columns: int
 ) -> list[NDArray]:
     """Return same_shape, same_face and hit of ``Complexity`` for ``rows`` rows of blocks from row ``top`` on."""
     per_block = rays * block * block
@@ -166,9 +166,9 @@ MISS = 0
 
 
 def hits(
-    view: View, sampler: Any, seed: int, rays: int, block: int, top: int, rows: int, columns: int
-) -> tuple[Any, Any]:
-    """Return shape IDs and face IDs (mi.UInt32) of the pilot rays of ``rows`` rows of blocks from row ``top`` on.
+    view: View, sampler: KeyedSampler, seed: int, rays: int, block: int, top: int, rows: int, columns: int
+) -> tuple[mi.UInt32, mi.UInt32]:
+    """Return shape IDs and face IDs of the pilot rays of ``rows`` rows of blocks from row ``top`` on.
 
     They are ordered by block, then pixel of the block, then ray.
     """
@@ -180,14 +180,16 @@ def hits(
     return shape_id, face_id
 
 
-def surface_ids(instance: Any, shape: Any, face: Any) -> tuple[Any, Any]:
-    """Return shape IDs and face IDs (mi.UInt32) from the numbers of instances, of shapes and of faces of a shape."""
+def surface_ids(instance: mi.UInt32, shape: mi.UInt32, face: mi.UInt32) -> tuple[mi.UInt32, mi.UInt32]:
+    """Return shape IDs and face IDs from the numbers of instances, of shapes and of faces of a shape."""
     shape_id = mix(shape + mix(instance)) | 1  # odd, so never MISS
     # The shape is hashed twice: else face 2 of shape 3 would have the ID of face 3 of shape 2.
     return shape_id, mix(mix(shape_id) ^ mix(face)) | 1
 
 
-def pilot_rays(view: View, sampler: Any, seed: int, rays: int, block: int, top: int, rows: int, columns: int) -> Any:
+def pilot_rays(
+    view: View, sampler: KeyedSampler, seed: int, rays: int, block: int, top: int, rows: int, columns: int
+) -> mi.RayDifferential3f:
     """Return the pilot rays of ``rows`` rows of blocks from row ``top`` on, ordered as in ``hits``."""
     per_block = rays * block * block
     lane = dr.arange(mi.UInt32, rows * columns * per_block)
@@ -206,10 +208,10 @@ def pilot_rays(view: View, sampler: Any, seed: int, rays: int, block: int, top: 
     return camera_ray(view, sampler, row, column)[0]
 
 
-def mean_over_shapes(view: View, sampler: Any, seed: int, rays: int, table: Any) -> Floats:
+def mean_over_shapes(view: View, sampler: KeyedSampler, seed: int, rays: int, table: mi.Float) -> Floats:
     """Return the mean (grid) of the weights of the shapes that the pilot rays of each pixel hit.
 
-    ``table`` (mi.Float): weights at Mitsuba's numbers of the shapes; what is not in it counts 1. Where a ray hits an
+    ``table``: weights at Mitsuba's numbers of the shapes; what is not in it counts 1. Where a ray hits an
     instance, the weights of the instance and of the shape within are multiplied.
     """
     width = view.grid[1]

@@ -2,12 +2,36 @@
 
 from __future__ import annotations
 
+import importlib.util
+import sys
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import ModuleType
 
+from tracer.core.threads import for_files
 from tracer.errors import SettingsError, TracerError
+
+FILE_ENDING = ".py"
+"""End of the name of a Python file."""
+
+
+def run_file(path: Path, kind: str) -> ModuleType:
+    """Run a Python file, and return its module; ``kind`` tells it from other files of that name.
+
+    Raises SettingsError, with the line, for a file that does not exist or does not run.
+    """
+    if not path.is_file():
+        raise SettingsError(f"There is no file '{path}'.")
+    specification = importlib.util.spec_from_file_location(f"tracer_{kind}_{path.stem}", path.resolve())
+    if specification is None or specification.loader is None:
+        raise SettingsError(f"'{path}' is no Python file; its name must end in {FILE_ENDING}.")
+    module = importlib.util.module_from_spec(specification)
+    sys.modules[specification.name] = module  # where dataclasses look for it
+    with for_files(), explaining(path):
+        specification.loader.exec_module(module)
+    return module
 
 
 @contextmanager

@@ -6,7 +6,7 @@ what a criterion is given does not say which they are.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,10 @@ from tracer.criteria.registry import Evidence
 from tracer.film.estimate import Statistics
 from tracer.image.colour import luminance
 
-Sums = tuple[list[Any], list[Any]]
+if TYPE_CHECKING:
+    import mitsuba as mi
+
+Sums: TypeAlias = "tuple[list[mi.Float], list[mi.Float]]"
 """Quantities of a sample whose mean over a pixel a criterion asks for, and quantities whose maximum it asks for."""
 
 ROUNDING = 2.0**-24

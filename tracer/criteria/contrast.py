@@ -9,7 +9,7 @@ are.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,11 +17,14 @@ from tracer.core.arrays import Floats
 from tracer.criteria.colour import Sums, colours, divided, grey_as_rgb, known, ranked
 from tracer.criteria.registry import Evidence, criterion
 
+if TYPE_CHECKING:
+    import mitsuba as mi
+
 THRESHOLDS = np.array([0.4, 0.3, 0.6])
 """Mitchell's thresholds for the contrast of red, green and blue."""
 
 
-def extremes(colour: list[Any], index: Any) -> Sums:
+def extremes(colour: list[mi.Float], index: mi.UInt32) -> Sums:
     """Ask for the maxima of c and of -c per channel."""
     return [], [*colour, *(-c for c in colour)]
 

@@ -15,7 +15,7 @@ alone, and no list of samples.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import drjit as dr
 import numpy as np
@@ -24,13 +24,16 @@ from tracer.core.arrays import Floats
 from tracer.criteria.colour import Sums, beyond_rounding, colours, divided, known, mean_colour, perceived, ranked
 from tracer.criteria.registry import Evidence, criterion
 
+if TYPE_CHECKING:
+    import mitsuba as mi
 
-def logarithms(colour: list[Any], index: Any) -> Sums:
+
+def logarithms(colour: list[mi.Float], index: mi.UInt32) -> Sums:
     """Ask for the mean of c ln c per channel."""
     return [dr.select(c > 0, c * dr.log(c), 0.0) for c in colour], []
 
 
-def roots(colour: list[Any], index: Any) -> Sums:
+def roots(colour: list[mi.Float], index: mi.UInt32) -> Sums:
     """Ask for the mean of sqrt(c) per channel."""
     return [dr.sqrt(dr.maximum(c, 0.0)) for c in colour], []
 

@@ -14,7 +14,7 @@ Both need only mean(c^q), as sum p^q = N^(1 - q) mean(c^q) / mean(c)^q.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import drjit as dr
 import numpy as np
@@ -23,12 +23,15 @@ from tracer.core.arrays import Floats
 from tracer.criteria.colour import Sums, beyond_rounding, colours, divided, known, mean_colour, perceived, ranked
 from tracer.criteria.registry import Evidence, criterion
 
+if TYPE_CHECKING:
+    import mitsuba as mi
+
 INDEX = 2.0
 """The index q of Tsallis and the order a of Renyi, which must not be 1. The papers fit it to their scenes; with 2 the
 entropy is a function of the relative variance."""
 
 
-def powers(colour: list[Any], index: Any) -> Sums:
+def powers(colour: list[mi.Float], index: mi.UInt32) -> Sums:
     """Ask for the mean of c^INDEX per channel."""
     return [dr.power(dr.maximum(c, 0.0), INDEX) for c in colour], []
 

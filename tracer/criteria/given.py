@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from tracer.core.own_code import explaining
-from tracer.core.threads import for_files
+from tracer.core.own_code import FILE_ENDING, run_file
 from tracer.criteria import registry
 from tracer.errors import SettingsError
 
@@ -20,7 +17,7 @@ def name_of(criterion: Any) -> Any:
     A function that is not registered is taken to learn from radiance, and its importance to be the share of samples. A
     file, a path or a text that ends in ".py", is run and defines one criterion. Raises SettingsError if it does not.
     """
-    if isinstance(criterion, Path) or (isinstance(criterion, str) and criterion.endswith(registry.FILE_ENDING)):
+    if isinstance(criterion, Path) or (isinstance(criterion, str) and criterion.endswith(FILE_ENDING)):
         return the_criterion_in(Path(criterion))
     registry.import_all()
     if isinstance(criterion, registry.Criterion):
@@ -44,20 +41,12 @@ def import_file(path: Path) -> list[str]:
 
     Raises SettingsError, with the line, for a file that does not exist or does not run.
     """
-    if not path.is_file():
-        raise SettingsError(f"There is no file '{path}'.")
     place = path.resolve()
     registry.import_all()
     for name in [name for name, file in registry.files.items() if file.resolve() == place]:
         registry.registered.pop(name, None)
     before = set(registry.registered)
-    specification = importlib.util.spec_from_file_location(f"tracer_criteria_{path.stem}", place)
-    if specification is None or specification.loader is None:
-        raise SettingsError(f"'{path}' is no Python file; its name must end in {registry.FILE_ENDING}.")
-    module = importlib.util.module_from_spec(specification)
-    sys.modules[specification.name] = module  # where dataclasses look for it
-    with for_files(), explaining(path):
-        specification.loader.exec_module(module)
+    run_file(path, "criteria")
     names = sorted(set(registry.registered) - before)
     registry.files.update(dict.fromkeys(names, path))
     return names

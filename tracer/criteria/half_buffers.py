@@ -13,7 +13,7 @@ stopped never goes on again, except by a neighbour in Cycles; here all pixels ar
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import drjit as dr
 import numpy as np
@@ -23,6 +23,9 @@ from tracer.core.arrays import Floats
 from tracer.criteria.colour import Sums, colours, divided, grey_as_rgb, known, ranked
 from tracer.criteria.registry import Evidence, criterion
 
+if TYPE_CHECKING:
+    import mitsuba as mi
+
 EPSILON = 1e-4
 """Term in the denominator of E that keeps the error of black pixels finite."""
 FILTER_SIZE = 3
@@ -31,13 +34,13 @@ CLASS_BITS = 0xAAAAAAAA
 """The odd places of a 32-bit index."""
 
 
-def half(colour: list[Any], chosen: Any) -> Sums:
+def half(colour: list[mi.Float], chosen: mi.Bool) -> Sums:
     """Ask for the mean colour of chosen samples, with others as 0, and for the share of chosen samples."""
     unit = type(colour[0])(1.0)
     return [dr.select(chosen, quantity, 0.0) for quantity in (*colour, unit)], []
 
 
-def class_a(colour: list[Any], index: Any) -> Sums:
+def class_a(colour: list[mi.Float], index: mi.UInt32) -> Sums:
     """Choose class A of Cycles: samples whose index has an odd number of ones at odd places.
 
     Each class is well distributed by itself (P. Christensen, A. Kensler and C. Kilpatrick, "Progressive
@@ -46,7 +49,7 @@ def class_a(colour: list[Any], index: Any) -> Sums:
     return half(colour, (dr.popcnt(index & CLASS_BITS) & 1) == 1)
 
 
-def even(colour: list[Any], index: Any) -> Sums:
+def even(colour: list[mi.Float], index: mi.UInt32) -> Sums:
     """Choose every other sample, from the first on."""
     return half(colour, (index & 1) == 0)
 

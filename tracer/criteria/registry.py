@@ -102,8 +102,6 @@ functions: dict[str, Criterion] = {}
 """Criteria of callers that are not registered, by the name that ``name_of`` gave them."""
 files: dict[str, Path] = {}
 """Files from which criteria were read, by the names of the criteria."""
-FILE_ENDING = ".py"
-"""End of the name of a file that defines a criterion."""
 
 
 def criterion(

@@ -9,7 +9,7 @@ pixels.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,13 +18,16 @@ from tracer.criteria.colour import Sums, beyond_rounding, colours, divided, know
 from tracer.criteria.registry import Evidence, criterion
 from tracer.image.colour import LUMINANCE, luminance
 
+if TYPE_CHECKING:
+    import mitsuba as mi
+
 Z = 1.959964
 """Two-sided quantile of a normal distribution for a p-value of 0.05."""
 DARKEST = 0.01
 """Part of the image's mean luminance by which darker pixels are judged, so that they do not ask for more and more."""
 
 
-def squared_luminance(colour: list[Any], index: Any) -> Sums:
+def squared_luminance(colour: list[mi.Float], index: mi.UInt32) -> Sums:
     """Ask for the mean of the squared luminance."""
     if len(colour) == 1:
         return [colour[0] * colour[0]], []

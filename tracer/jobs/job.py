@@ -13,8 +13,8 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from tracer import criteria
+from tracer.core.own_code import FILE_ENDING
 from tracer.core.suggest import did_you_mean
-from tracer.criteria.registry import FILE_ENDING
 from tracer.errors import OutputError, SettingsError
 from tracer.io import atomic
 from tracer.scene.loaded import LoadedScene
@@ -23,8 +23,8 @@ from tracer.session.shards import parse_part
 from tracer.settings import Settings, in_one_sentence
 
 NUMBER = "#"
-"""In the name of a scene or picture, a run of this sign stands for the number of the frame, with at least as many
-digits."""
+"""In the path of a scene or the name of a picture, a run of this sign stands for the number of the frame, with at least
+as many digits."""
 
 
 class Job(BaseModel):
@@ -226,7 +226,7 @@ def pictures_of(job: Job, sensors: int) -> Iterator[JobPicture]:
     chosen_sensors = tuple(range(sensors)) if job.sensor == "all" else job.sensor
     for frame in [None] if job.frames is None else frame_numbers(job.frames):
         define = job.define
-        if frame is not None and NUMBER not in job.scene.name:
+        if frame is not None and not is_numbered(job.scene):
             define = {"frame": str(frame), **define}
         for sensor in chosen_sensors:
             label = f"-{sensor}" if len(chosen_sensors) > 1 else ""
@@ -257,9 +257,16 @@ def request_for(job: Job, picture: JobPicture, scene: LoadedScene) -> Request:
     )
 
 
+def is_numbered(scene: Path) -> bool:
+    """Return whether the path of a scene has "####" for the number of the frame, in its name or that of a folder."""
+    return NUMBER in str(scene) and not scene.is_file()
+
+
 def frame_file(scene: Path, number: int | None) -> Path:
-    """Return the scene file of a frame."""
-    return scene if number is None else scene.with_name(put_number(scene.name, number))
+    """Return the scene file of a frame: exporters write every frame into a file, or into a folder, of its own."""
+    if number is None or not is_numbered(scene):
+        return scene
+    return Path(put_number(str(scene), number))
 
 
 def numbered(path: Path, number: int | None, label: str) -> str:
@@ -280,7 +287,7 @@ def put_number(name: str, number: int) -> str:
 
 def check_frames(job: Job) -> None:
     """Raise SettingsError if the frames of a job would all be the same picture."""
-    if job.frames is None or NUMBER in job.scene.name or not job.scene.is_file():
+    if job.frames is None or is_numbered(job.scene) or not job.scene.is_file():
         return
     if b"$frame" not in job.scene.read_bytes():
         raise SettingsError(

@@ -9,6 +9,7 @@ from typing import Any
 import drjit as dr
 
 from tracer.core.garbage import no_collection
+from tracer.core.protocols import KeyedSampler
 from tracer.scene.view import View
 
 logger = logging.getLogger(__name__)
@@ -37,7 +38,7 @@ class Recordable:
         """Release the view until ``reopen``."""
         self.held.clear()
 
-    def reopen(self, view: View, sampler: Any) -> None:
+    def reopen(self, view: View, sampler: KeyedSampler) -> None:
         """Go on with another view of the same scene and film, and a sampler of the same kind."""
         self.held[:] = [view, sampler]
 

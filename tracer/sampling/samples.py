@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeAlias
 
 import drjit as dr
 import mitsuba as mi
 
 from tracer.core.device import divide
+from tracer.core.protocols import KeyedSampler
 from tracer.sampling.recordable import Recordable
 from tracer.sampling.work import vertices_of
 from tracer.scene.view import View
@@ -19,29 +20,30 @@ from tracer.scene.view import View
 class Samples:
     """The samples of a pass, one entry per lane."""
 
-    values: list[Any]
-    """A list with an mi.Float for each channel of the image."""
-    position: Any
-    """mi.Point2f: place of the sample within its pixel, in [0, 1)^2."""
-    vertices: Any
-    """mi.Float: number of vertices of the sample's path, see ``vertices_of``."""
-    moments: list[Any] = field(default_factory=list)
-    """A list with an mi.Float for each quantity whose mean over a pixel a criterion asked for."""
-    peaks: list[Any] = field(default_factory=list)
-    """A list with an mi.Float for each quantity whose maximum over a pixel a criterion asked for."""
+    values: list[mi.Float]
+    """One for each channel of the image."""
+    position: mi.Point2f
+    """Place of the sample within its pixel, in [0, 1)^2."""
+    vertices: mi.Float
+    """Number of vertices of the sample's path, see ``vertices_of``."""
+    moments: list[mi.Float] = field(default_factory=list)
+    """One for each quantity whose mean over a pixel a criterion asked for."""
+    peaks: list[mi.Float] = field(default_factory=list)
+    """One for each quantity whose maximum over a pixel a criterion asked for."""
 
 
-Moments = Callable[[list[Any], Any], tuple[list[Any], list[Any]]]
-"""Function from the colour of a sample (a list of mi.Float, per channel) and its index (mi.UInt32) to the ``moments``
-and ``peaks`` of ``Samples``."""
+CameraSample: TypeAlias = "tuple[mi.RayDifferential3f, mi.Spectrum, mi.Point2f]"
+"""Ray of the camera, its weight, and the place of the sample within its pixel."""
+Moments: TypeAlias = "Callable[[list[mi.Float], mi.UInt32], tuple[list[mi.Float], list[mi.Float]]]"
+"""Function from the colour of a sample (per channel) and its index to ``moments`` and ``peaks`` of ``Samples``."""
 
 
-def make_sampler() -> Any:
+def make_sampler() -> KeyedSampler:
     """Return a new sampler of the kind with which all samples are drawn."""
     return mi.load_dict({"type": "owen_sobol"})
 
 
-def camera_ray(view: View, sampler: Any, row: Any, column: Any) -> tuple[Any, Any, Any]:
+def camera_ray(view: View, sampler: KeyedSampler, row: mi.UInt32, column: mi.UInt32) -> CameraSample:
     """Return (ray, weight, position within the pixel) for the next sample of the pixels at ``row`` and ``column``.
 
     Both count in ``view.grid``. Dimensions are drawn in Mitsuba's own order (film, aperture, time, wavelength), so that
@@ -64,14 +66,14 @@ def camera_ray(view: View, sampler: Any, row: Any, column: Any) -> tuple[Any, An
 
 def draw(
     view: View,
-    sampler: Any,
-    seed: Any,
-    pixel: Any,
-    index: Any,
-    differential_scale: Any,
+    sampler: KeyedSampler,
+    seed: mi.UInt32,
+    pixel: mi.UInt32,
+    index: mi.UInt32,
+    differential_scale: mi.Float,
     moments: Moments | None = None,
 ) -> Samples:
-    """Draw sample ``index`` of pixel ``pixel`` (both mi.UInt32, one entry per lane); nothing is evaluated.
+    """Draw sample ``index`` of pixel ``pixel`` (one entry per lane); nothing is evaluated.
 
     ``differential_scale``: factor that shrinks ray differentials, 1 / sqrt(spp) as in ``mi.render``.
     """
@@ -80,8 +82,8 @@ def draw(
     return follow(view, sampler, camera_sample, index, moments)
 
 
-def camera_rays(view: View, sampler: Any, pixel: Any, differential_scale: Any) -> tuple[Any, Any, Any]:
-    """Return ``camera_ray`` of each pixel (mi.UInt32), with scaled differentials."""
+def camera_rays(view: View, sampler: KeyedSampler, pixel: mi.UInt32, differential_scale: mi.Float) -> CameraSample:
+    """Return ``camera_ray`` of each pixel, with scaled differentials."""
     row, column = divide(pixel, view.grid[1])
     ray, weight, position = camera_ray(view, sampler, row, column)
     ray.scale_differential(differential_scale)
@@ -89,7 +91,7 @@ def camera_rays(view: View, sampler: Any, pixel: Any, differential_scale: Any) -
 
 
 def follow(
-    view: View, sampler: Any, camera_sample: tuple[Any, Any, Any], index: Any, moments: Moments | None
+    view: View, sampler: KeyedSampler, camera_sample: CameraSample, index: mi.UInt32, moments: Moments | None
 ) -> Samples:
     """Return the samples along the rays that ``camera_rays`` returned as ``camera_sample``."""
     ray, weight, position = camera_sample
@@ -122,10 +124,10 @@ class Recorded(Recordable):
     after a first pass was drawn in vain, recording is not tried with cameras that are known to do so (HIDES_ARRAYS).
     """
 
-    def __init__(self, view: View, sampler: Any, moments: Moments | None = None) -> None:
-        held = [view, sampler]
+    def __init__(self, view: View, sampler: KeyedSampler, moments: Moments | None = None) -> None:
+        held: list[Any] = [view, sampler]
 
-        def trace(seed: Any, pixel: Any, index: Any, scale_or_camera_sample: Any) -> tuple[Any, ...]:
+        def trace(seed: mi.UInt32, pixel: mi.UInt32, index: mi.UInt32, scale_or_camera_sample: Any) -> tuple[Any, ...]:
             view, sampler = held
             # The sampler is an input of the recording, and so would be arrays that the last pass left in it: so fork.
             sampler = sampler.fork()
@@ -143,7 +145,7 @@ class Recorded(Recordable):
         super().__init__(held, trace)
         self.records_camera = view.sensor.class_name() not in HIDES_ARRAYS
 
-    def __call__(self, seed: Any, pixel: Any, index: Any, differential_scale: Any) -> Samples:
+    def __call__(self, seed: mi.UInt32, pixel: mi.UInt32, index: mi.UInt32, differential_scale: mi.Float) -> Samples:
         """Draw samples; see ``draw`` for the arguments."""
         scale_or_camera_sample = (
             differential_scale if self.records_camera else self.camera_rays(seed, pixel, index, differential_scale)
@@ -151,7 +153,9 @@ class Recorded(Recordable):
         dr.eval(seed, pixel, index, scale_or_camera_sample)
         return Samples(*self.call(seed, pixel, index, scale_or_camera_sample))
 
-    def camera_rays(self, seed: Any, pixel: Any, index: Any, differential_scale: Any) -> tuple[Any, ...]:
+    def camera_rays(
+        self, seed: mi.UInt32, pixel: mi.UInt32, index: mi.UInt32, differential_scale: mi.Float
+    ) -> tuple[Any, ...]:
         """Return the first dimension that the camera does not draw, and what the function ``camera_rays`` returns."""
         view, sampler = self.held[0], self.held[1].fork()
         sampler.seed_samples(seed, pixel, index)
@@ -161,7 +165,9 @@ class Recorded(Recordable):
         return inputs
 
 
-def sample_radiance(view: View, sampler: Any, ray: Any) -> tuple[Any, Any, list[Any]]:
+def sample_radiance(
+    view: View, sampler: KeyedSampler, ray: mi.RayDifferential3f
+) -> tuple[mi.Spectrum, mi.Bool, Sequence[mi.Float]]:
     """Return (radiance, valid, AOVs) along rays; Mitsuba's integrators in Python have an interface of their own."""
     if isinstance(view.integrator, mi.CppADIntegrator):
         nothing = {"depth": mi.UInt32(0), "δL": None, "δaovs": None, "state_in": None, "active": mi.Bool(True)}

@@ -54,8 +54,8 @@ class Window:
         """Return whether any of ``size`` pixels from ``first_pixel`` on may have lanes."""
         return self.first_pixel < first_pixel + size and first_pixel < self.first_pixel + len(self.begin)
 
-    def lanes_of(self, first_pixel: int, size: int) -> tuple[Any, Any]:
-        """Return (begin, end), mi.UInt32, of the lanes added to each of ``size`` pixels from ``first_pixel`` on."""
+    def lanes_of(self, first_pixel: int, size: int) -> tuple[mi.UInt32, mi.UInt32]:
+        """Return (begin, end) of the lanes added to each of ``size`` pixels from ``first_pixel`` on."""
         low, high = max(first_pixel, self.first_pixel), min(first_pixel + size, self.first_pixel + len(self.begin))
         bounds = []
         for lanes in (self.own, self.end):
@@ -186,8 +186,8 @@ def ceil(lane: Any) -> Any:
     return floor(lane + PACKET - 1)
 
 
-def lane_pixels(window: Window, first_pixel: int = 0) -> tuple[Any, Any]:
-    """Return (pixel, sample index) of every lane of a window, mi.UInt32 each.
+def lane_pixels(window: Window, first_pixel: int = 0) -> tuple[mi.UInt32, mi.UInt32]:
+    """Return (pixel, sample index) of every lane of a window.
 
     ``first_pixel``: number in the picture of the first pixel of the estimate.
     """

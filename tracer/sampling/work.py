@@ -11,8 +11,6 @@ within 4 %, and within 7 % for a scene that was left out of the fit. A unit took
 
 from __future__ import annotations
 
-from typing import Any
-
 import drjit as dr
 import mitsuba as mi
 
@@ -25,8 +23,8 @@ DIMENSIONS_OF_VERTEX = 4
 """Numbers that Mitsuba's ``path`` draws at a vertex: for an emitter, a lobe, a direction and roulette."""
 
 
-def vertices_of(dimensions: Any) -> Any:
-    """Return the number of vertices of a path (mi.Float), at least 1, from the dimensions (mi.UInt32) that it drew.
+def vertices_of(dimensions: mi.UInt32) -> mi.Float:
+    """Return the number of vertices of a path, at least 1, from the dimensions of the sampler that it drew.
 
     The camera is not one of them, and the place where a ray leaves the scene is one. An integrator that draws the same
     number along every path is taken to cost the same everywhere.
@@ -34,8 +32,8 @@ def vertices_of(dimensions: Any) -> Any:
     return dr.maximum(mi.Float(dimensions) / DIMENSIONS_OF_VERTEX, 1.0)
 
 
-def work_of(vertices: Any) -> Any:
-    """Return the work (mi.Float) of each lane from the vertices of its path (mi.Float, one entry per lane).
+def work_of(vertices: mi.Float) -> mi.Float:
+    """Return the work of each lane from the vertices of its path.
 
     Packets are those of ``tracer.sampling.wavefront``.
     """

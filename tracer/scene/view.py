@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from math import ceil
+from pathlib import Path
 from typing import Any
 
 import drjit as dr
@@ -14,8 +15,10 @@ import mitsuba as mi
 import numpy as np
 
 from tracer.core import threads
+from tracer.core.arrays import Singles
 from tracer.core.device import upload_tensor
 from tracer.core.plain_values import whole_number, whole_numbers
+from tracer.core.protocols import Film, Integrator, Scene, Sensor
 from tracer.errors import BackendError, SceneError, SettingsError
 from tracer.scene.frame import Frame
 from tracer.scene.load import LOAD_ERRORS, describe, load, require_scene
@@ -40,17 +43,17 @@ further."""
 class View(Frame):
     """A scene seen by one sensor through one integrator."""
 
-    scene: Any
+    scene: Scene
     """The ``mi.Scene``."""
-    sensor: Any
+    sensor: Sensor
     """The ``mi.Sensor`` through which it is seen."""
-    integrator: Any
+    integrator: Integrator
     """The ``mi.SamplingIntegrator`` from which samples are drawn."""
     settings: dict[str, Any]
     """Settings that the scene itself asks for: the parameters of its integrator, if that is ``adaptive``."""
 
     @cached_property
-    def film(self) -> Any:
+    def film(self) -> Film:
         """The film of the sensor."""
         return self.sensor.film()
 
@@ -72,13 +75,13 @@ class View(Frame):
         return int(self.film.rfilter().border_size()) if self.film.sample_border() else 0
 
     @cached_property
-    def grid_origin(self) -> Any:
+    def grid_origin(self) -> mi.ScalarVector2i:
         """Film coordinates (x, y) of the first pixel of the grid."""
         return mi.ScalarVector2i(self.film.crop_offset()) - self.border
 
     @cached_property
-    def pixel_format(self) -> Any:
-        """Pixel format of the film, as ``mi.Bitmap.PixelFormat``."""
+    def pixel_format(self) -> mi.Bitmap.PixelFormat:
+        """Pixel format of the film."""
         self.film.prepare([])
         return self.film.bitmap().pixel_format()
 
@@ -113,7 +116,7 @@ class View(Frame):
         """Number of shapes and lights of the scene."""
         return len(self.scene.shapes()) + len(self.scene.emitters())
 
-    def fill_film(self, image: Any) -> None:
+    def fill_film(self, image: Singles) -> None:
         """Put ``image`` (H, W, C) into the film, for ``film.develop()`` and ``film.write()``."""
         names = list(self.integrator.aov_names())
         self.film.prepare(names)
@@ -124,8 +127,8 @@ class View(Frame):
         tensor = upload_tensor(np.concatenate(parts, axis=-1))
         self.film.put_block(mi.ImageBlock(tensor, mi.ScalarPoint2i(self.film.crop_offset())))
 
-    def to_channels(self, spectrum: Any, valid: Any, wavelengths: Any) -> list[Any]:
-        """Return weighted radiance in the film's channels (a list of mi.Float), without AOVs.
+    def to_channels(self, spectrum: mi.Spectrum, valid: mi.Bool, wavelengths: mi.Wavelength) -> list[mi.Float]:
+        """Return weighted radiance in the film's channels, without AOVs.
 
         ``valid``: whether the ray hit anything, which makes the alpha; ``wavelengths``: those of the ray.
         """
@@ -150,9 +153,9 @@ class View(Frame):
 
 @contextmanager
 def open_scene(
-    source: Any,
-    sensor: Any = 0,
-    integrator: Any = None,
+    source: str | Path | dict[str, Any] | Scene,
+    sensor: int | Sensor = 0,
+    integrator: str | dict[str, Any] | Integrator | None = None,
     size: Size = None,
     crop: Crop = None,
     define: dict[str, str] | None = None,
@@ -211,7 +214,7 @@ def require_pixels(view: View) -> None:
         )
 
 
-def pick_sensor(scene: Any, sensor: Any, source: Any) -> Any:
+def pick_sensor(scene: Scene, sensor: int | Sensor, source: Any) -> Sensor:
     """Return a sensor of a loaded scene by number, or ``sensor`` itself.
 
     Raises SceneError, SettingsError, or BackendError for a sensor of another variant.
@@ -227,7 +230,7 @@ def pick_sensor(scene: Any, sensor: Any, source: Any) -> Any:
     return sensors[number]
 
 
-def make_integrator(integrator: Any) -> Any:
+def make_integrator(integrator: str | dict[str, Any] | Integrator | None) -> Any:
     """Return an integrator from a plugin name, dictionary or ``mi.Integrator``; a path tracer for None."""
     if integrator is None:
         integrator = "path"
@@ -259,7 +262,7 @@ def require_nestable(integrator: Any) -> Any:
     return integrator
 
 
-def resize_film(sensor: Any, size: Size, crop: Crop = None) -> dict[str, Any]:
+def resize_film(sensor: Sensor, size: Size, crop: Crop = None) -> dict[str, Any]:
     """Give the film of ``sensor`` another size, and the crop window ``crop``, or its own one scaled to the size.
 
     Returns the former parameters of the film, for ``restore_film``. Raises SettingsError.
@@ -305,7 +308,7 @@ def new_size(film_size: list[int], size: Size) -> tuple[int, int]:
     return width, height
 
 
-def restore_film(sensor: Any, original: dict[str, Any]) -> None:
+def restore_film(sensor: Sensor, original: dict[str, Any]) -> None:
     """Undo ``resize_film``, which returned ``original``."""
     if original:
         parameters = mi.traverse(sensor)

@@ -18,7 +18,7 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from tracer.core.version import version
+from tracer.core.version import release
 from tracer.errors import CheckpointError
 from tracer.io import atomic
 from tracer.scene.fingerprint import content, digest
@@ -113,7 +113,7 @@ def identity_of(view: View, settings: Settings, weights: NDArray[np.float64], sc
     chosen = {name: value for name, value in settings.model_dump().items() if name not in MAY_CHANGE}
     film = view.film
     return {
-        "version": version(),
+        "version": release(),
         "Mitsuba": mi.__version__,
         "variant": mi.variant(),
         "scene": scene_hash,

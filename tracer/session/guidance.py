@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import atexit
 import re
+from collections.abc import Hashable
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, Protocol, cast
 
 import mitsuba as mi
 
+from tracer.core.protocols import Integrator
 from tracer.guiding.chosen import choose
 from tracer.guiding.effort import (
     FIRST_COST,
@@ -91,10 +93,26 @@ def is_guided(view: View) -> bool:
     return type(getattr(view, "integrator", None)).__name__ == "GuidedIntegrator"
 
 
+class Guided(Integrator, Protocol):
+    """What the integrator ``guided`` has beside others."""
+
+    max_depth: int
+    """Most vertices of a path."""
+    table: LightTable | None
+    """By which it chooses lights; None: all with the same chance."""
+    learned: LightChances | None
+    """The same as arrays."""
+
+
+def guided_of(view: View) -> Guided:
+    """Return the integrator of a view that is ``guided``."""
+    return cast(Guided, view.integrator)
+
+
 def guided_view(view: View) -> View:
     """Return a view with the integrator ``guided`` in place of ``path``."""
     path = view.integrator
-    return view if is_guided(view) else replace(view, integrator=guided_like(path, path.hide_emitters))
+    return view if is_guided(view) else replace(view, integrator=guided_like(cast(Hashable, path), path.hide_emitters))
 
 
 def choose_by(view: View, learned: LightChances | None, plan: SlotPlan | None = None) -> None:
@@ -104,19 +122,19 @@ def choose_by(view: View, learned: LightChances | None, plan: SlotPlan | None = 
     """
     if not is_guided(view):
         return
-    scene = view.scene
-    view.integrator.learned = learned
-    view.integrator.table = None if learned is None else LightTable.of(scene, plan or slots_of(scene), learned)
+    scene, integrator = view.scene, guided_of(view)
+    integrator.learned = learned
+    integrator.table = None if learned is None else LightTable.of(scene, plan or slots_of(scene), learned)
 
 
 def packed_guide(view: View) -> dict[str, Any] | None:
     """Return what the integrator of a view chooses lights by, as arrays; None: all with the same chance."""
-    learned: LightChances | None = view.integrator.learned if is_guided(view) else None
+    learned = guided_of(view).learned if is_guided(view) else None
     return None if learned is None else learned.pack()
 
 
 @lru_cache(maxsize=4)
-def guided_like(path: Any, hide_emitters: bool) -> Any:
+def guided_like(path: Hashable, hide_emitters: bool) -> Any:
     """Return an integrator ``guided`` with the parameters of a ``path``, which tells them only as text.
 
     It is the same one for the same ``path``, so that what is recorded of it can be used again.

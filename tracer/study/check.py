@@ -62,6 +62,7 @@ def culprit(plan: Plan, scene: Scene, error: TracerError) -> tuple[str | int, ..
 def prepare_output(plan: Plan, output: Path, overwrite: bool) -> None:
     """Make the folder ready for the study. Raises an error if it holds another study, or files that no study wrote."""
     mark = output / cells.FOLDER / "study.json"
+    require_own_folder(output, mark)
     if overwrite:
         if mark.exists():
             shutil.rmtree(mark.parent)
@@ -75,11 +76,17 @@ def prepare_output(plan: Plan, output: Path, overwrite: bool) -> None:
             )
             raise plan.origin.fault(message, ("name",))
     if not mark.exists():
-        foreign = [name for name in RESULT_FILES[1:] if (output / name).exists()]
-        if foreign and not (output / RESULT_FILES[0]).exists():
-            raise OutputError(f"'{output / foreign[0]}' is not from a study; choose another folder.")
         mark.parent.mkdir(exist_ok=True)
         atomic.write_text(mark, json.dumps({"study": {"name": plan.name}}))
+
+
+def require_own_folder(output: Path, mark: Path) -> None:
+    """Raise OutputError if a folder has files, other than hidden ones, and neither ``mark`` nor results of a study."""
+    names = sorted(path.name for path in output.iterdir() if not path.name.startswith("."))
+    if names and not mark.exists() and study_in(output / RESULT_FILES[0]) is None:
+        raise OutputError(
+            f"'{output}' has files that are not from a study, such as '{names[0]}'; choose a new or an empty folder."
+        )
 
 
 @contextmanager

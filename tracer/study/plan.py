@@ -128,6 +128,8 @@ class Plan(PlanPart):
     first_seed: int = Field(0, ge=0, lt=2**32 - 2**16)
     criteria: list[str] = []
     """Python files with criteria that do not come with tracer; relative paths start at the folder of the TOML file."""
+    metrics: list[str] = []
+    """Python files with metrics, functions of a picture and its reference; paths as for ``criteria``."""
     baseline: str | None = None
     """Method that the others are compared with. None: the method named "uniform" if there is one, else the first."""
     reference_spp: int = Field(65536, ge=16)
@@ -144,6 +146,11 @@ class Plan(PlanPart):
     def origin(self) -> Origin:
         """Where the plan comes from: an error names the place of a mistake in it."""
         return self._origin
+
+    @property
+    def base(self) -> Path:
+        """Folder that relative paths of Python files start at."""
+        return self._base or Path()
 
     @property
     def budgets(self) -> list[Budget]:
@@ -194,8 +201,7 @@ class Plan(PlanPart):
     @property
     def scene_folder(self) -> Path:
         """Folder that relative paths of scene files start at."""
-        base = self._base or Path()
-        return base if self.folder is None else base / self.folder
+        return self.base if self.folder is None else self.base / self.folder
 
 
 def scene_name(path: Path) -> str:
@@ -247,7 +253,7 @@ def make_plan(values: dict[str, Any], origin: Origin | None = None, base: Path |
 def import_criteria(plan: Plan) -> None:
     """Run the Python files with criteria that a plan names. Raises SettingsError for one that is missing or fails."""
     for k, name in enumerate(plan.criteria):
-        path = (plan._base or Path()) / name
+        path = plan.base / name
         if not path.is_file():
             raise plan.origin.fault(f"there is no file '{path}'", ("criteria", k), name)
         try:

@@ -14,13 +14,14 @@ from typing import Any
 import numpy as np
 
 from tracer.core import backend
+from tracer.core.protocols import DaskClient
 from tracer.image.metrics import Scores, relative_mse
 from tracer.progress import StepCallback
 from tracer.study import cells, oracle, render_cells
 from tracer.study.cells import Cell, RenderCost
 from tracer.study.check import check_study, count_scenes, one_at_a_time, prepare_output
 from tracer.study.methods import TimedPicture
-from tracer.study.own_metrics import Metric, check_metrics, values_of
+from tracer.study.own_metrics import Metric, check_metrics, metrics_of, values_of
 from tracer.study.page.build import require_page_packages, write_page
 from tracer.study.page.scene import ScenePictures, Shown
 from tracer.study.plan import Plan, Scene
@@ -45,7 +46,7 @@ def run_study(
     output: Path,
     progress: StepCallback | None = None,
     overwrite: bool = False,
-    cluster: Any = None,
+    cluster: int | str | DaskClient | None = None,
     metrics: Mapping[str, Metric] | None = None,
 ) -> Results:
     """Measure all that a plan asks for, write it to the folder ``output`` after every scene, and return it.
@@ -55,17 +56,19 @@ def run_study(
     finished cells are kept. ``cluster``: workers that render the cells, as in ``tracer.render``; references are
     rendered by this process.
 
-    ``metrics``: functions of your own, by name, from a picture and its reference, both (H, W, 3) float64 in linear
-    sRGB, to a number. Each gets a column in ``results.csv``, an entry in ``results.json``, and in ``results.md`` a
-    table of means over seeds; in Python, ``Row.own`` and ``Measurement.own`` have the values. They are computed anew
-    whenever the study is run, of kept pictures too, so that a study that is finished can be given another metric::
+    ``metrics``: functions of your own, by name, beside those in the files that the plan names, from a picture and its
+    reference, both (H, W, 3) float64 in linear sRGB, to a number. Each gets a column in ``results.csv``, an entry in
+    ``results.json``, and in ``results.md`` a table of means over seeds; in Python, ``Row.own`` and ``Measurement.own``
+    have the values. They are computed anew whenever the study is run, of kept pictures too, so that a study that is
+    finished can be given another metric::
 
         def worst(picture, reference):
             return abs(picture - reference).max()
 
         results = run_study(plan, Path("mine"), metrics={"worst": worst})
     """
-    check_metrics(metrics or {})
+    own_metrics = metrics_of(plan) | dict(metrics or {})
+    check_metrics(own_metrics)
     require_page_packages()
     backend.activate()
     scenes = plan.find_scenes()
@@ -73,13 +76,13 @@ def run_study(
     with one_at_a_time(output):
         prepare_output(plan, output, overwrite)
         if cluster is None:
-            return Study(plan, scenes, output, progress, metrics=metrics).run()
+            return Study(plan, scenes, output, progress, metrics=own_metrics).run()
         from tracer.cluster.connection import open_connection
         from tracer.study import render_cells_remote
 
         with open_connection(cluster) as connection:
             render_scene = partial(render_cells_remote.render_cells, connection=connection)
-            return Study(plan, scenes, output, progress, render_scene, metrics).run()
+            return Study(plan, scenes, output, progress, render_scene, own_metrics).run()
 
 
 class Study:

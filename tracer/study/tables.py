@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from tracer.study.clock import clock_warning
 from tracer.study.denoised import denoised_over_noisy
 from tracer.study.gains import Interval
 from tracer.study.plan import Plan
@@ -99,7 +100,8 @@ def markdown_table(headings: Sequence[str], lines: Sequence[Sequence[str]], righ
 def markdown(results: Results) -> str:
     """Return the tables of a study: gains and seconds of every budget, references, failures, and all rows."""
     rows, means = results.tables()
-    parts = []
+    warning = clock_warning(results)
+    parts = [] if warning is None else [f"{warning}\n"]
     for budget in dict.fromkeys(row.budget for row in rows):
         parts += [f"## Gains, {budget}\n", gains(results, rows, means, budget)]
         parts += [f"## Gains at equal time, {budget}\n", gains_at_equal_time(results, rows, means, budget)]

@@ -53,8 +53,6 @@ def last_steps(text):
 
 def sentence_complaint(text):
     """Return what is wrong with what was said of a mistake."""
-    if text.startswith("Usage: "):
-        return ""
     lines = [line for line in text.splitlines() if not NOISE.match(line)]
     if len(lines) != 1:
         return f"{len(lines)} lines on standard error: {text[:1500]}"

@@ -18,4 +18,5 @@ COMMANDS: dict[str, Callable[..., None]] = {
 }
 """These are the commands ``view ...`` by name."""
 EPILOGS = dict.fromkeys(("measure", "best", "tour"), f"Measures: {common.MEASURES}")
+EPILOGS["map"] = "Kinds: entropy, gini, distinct, viewpoint_complexity"
 """Texts below the help of commands."""

@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
+from tracer.cli.options import Panel, advanced, basic
 from tracer.cli.view import common
 
 
@@ -16,20 +15,24 @@ def best(
     measure: common.Measure = "entropy",
     good: Annotated[
         str | None,
-        typer.Option(
-            help="Whether good views have the most or the least. (as the measure says; of crystals the least entropy)"
+        advanced(
+            "Whether good views have the most or the least. (as the measure says; of crystals the least entropy)",
+            Panel.MEASURE,
+            metavar="most|least",
         ),
     ] = None,
     search: Annotated[
         list[str] | None,
-        typer.Option(
-            help="paper, octants (the paper's, from all 8 triangles) or exhaustive; may be given several times. (all)"
+        advanced(
+            "paper, octants (the paper's, from all 8 triangles) or exhaustive; may be repeated. (all)",
+            Panel.MEASURE,
+            metavar="NAME",
         ),
     ] = None,
-    level: common.Level = 3,
+    level: Annotated[int, common.level(3)] = 3,
     other: Annotated[
         Path | None,
-        typer.Option("--from", help="Another molecule, from the points of whose surface this one is looked at."),
+        basic("Seen from the surface of this molecule.", Panel.STAND, name="--from", metavar="FILE"),
     ] = None,
 ) -> None:
     """Find the best view, with the paper's search and by trying views from all around.

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast, get_args
 import typer
 
 from tracer.cli import options
+from tracer.cli.options import Panel, advanced, basic
 
 if TYPE_CHECKING:
     from tracer.viewpoint.atom_source import Shown
@@ -34,10 +35,13 @@ visible_saliency
 """
 """Names of all measures, for help: to list them from their files takes seconds."""
 Measure = Annotated[
-    str,
-    typer.Option("--measure", "-m", metavar="NAME", help="Measure by which views are compared: a name below."),
+    str, basic("What is compared, a name below. (entropy)", name="--measure", short="-m", metavar="NAME")
 ]
-Level = Annotated[int, typer.Option(help="Number of viewpoints: 10 * 4^level + 2.", min=0, max=5)]
+
+
+def level(default: int) -> Any:
+    """Return the option for the number of viewpoints."""
+    return advanced(f"Viewpoints: 10 * 4^level + 2. ({default})", Panel.STAND, metavar="N", min=0, max=5)
 
 
 @dataclass(frozen=True)
@@ -51,75 +55,96 @@ class ViewOptions:
             show_default=False,
         ),
     ]
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for pictures, cameras, tables.")]
+    output: Annotated[
+        Path, basic("Folder for pictures, cameras, tables.", name="--output", short="-o", metavar="FOLDER")
+    ]
     surfaces: Annotated[
-        str | None,
-        typer.Option(
-            help="What counts as a surface: face, shape, bsdf, or an attribute of meshes such as face_label. Of a "
-            "molecule: its atoms. (face)"
-        ),
+        str | None, basic("face, shape, bsdf, or an attribute. (face)", Panel.SURFACES, metavar="NAME")
     ] = None
     group: Annotated[
         list[str] | None,
-        typer.Option(help="Shapes whose names match, such as 'chair*', are one surface; may be repeated."),
+        advanced("Shapes that are one surface, such as 'chair*'; may be repeated.", Panel.SURFACES, metavar="NAMES"),
     ] = None
     weight: Annotated[
         list[str] | None,
-        typer.Option(help="NAME=WEIGHT: how much surfaces count, such as 'lamp*=5' or O=0; may be repeated."),
+        basic("How much they count: lamp*=5; may be repeated.", Panel.SURFACES, metavar="NAME=X"),
     ] = None
     by_light: Annotated[
-        bool, typer.Option("--by-light", help="Surfaces count as well as the scene's own light shows them.")
+        bool, basic("As well as the scene's own light shows them.", Panel.SURFACES, name="--by-light")
     ] = False
-    side: Annotated[int, typer.Option(help="Rays along each side of a view.", min=8, max=4096)] = 256
+    side: Annotated[
+        int, advanced("Rays along each side of a view. (256)", Panel.STAND, metavar="N", min=8, max=4096)
+    ] = 256
     random: Annotated[
         int | None,
-        typer.Option(
-            help="The fast way: this many random rays a view instead; entropy has a standard error.", min=10, max=10**8
+        advanced(
+            "The fast way: so many random rays a view; entropy then has a standard error.",
+            Panel.STAND,
+            metavar="N",
+            min=10,
+            max=10**8,
         ),
     ] = None
-    background: Annotated[bool, typer.Option(help="Whether the background counts as a surface in entropy.")] = True
-    distance: Annotated[float | None, typer.Option(help="Distance from the centre. (6 radii)")] = None
-    centre: Annotated[Three | None, typer.Option(help="What to look at. (the middle of everything)")] = None
-    up: Annotated[Three | None, typer.Option(help="Upward direction. (as the scene's camera; y for meshes)")] = None
+    background: Annotated[
+        bool,
+        advanced(
+            "Whether the background is one, in entropy. (it is)", Panel.SURFACES, name="--background/--no-background"
+        ),
+    ] = True
+    distance: Annotated[float | None, advanced("Distance from the centre. (6 radii)", Panel.STAND, metavar="X")] = None
+    centre: Annotated[
+        Three | None, advanced("What to look at. (the middle of everything)", Panel.STAND, metavar="X Y Z")
+    ] = None
+    up: Annotated[
+        Three | None,
+        advanced("Upward direction. (as the scene's camera; y for meshes)", Panel.STAND, metavar="X Y Z"),
+    ] = None
     orthographic: Annotated[
         bool | None,
-        typer.Option(
-            "--orthographic/--perspective", help="Parallel rays, or rays from a point. (parallel for molecules)"
+        advanced(
+            "Parallel rays, or rays from a point. (parallel for molecules)",
+            Panel.STAND,
+            name="--orthographic/--perspective",
         ),
     ] = None
     repeat: Annotated[
-        tuple[int, int, int] | None, typer.Option(help="Repeat the cell of a crystal this many times.")
+        tuple[int, int, int] | None,
+        advanced("Repeat the cell of a crystal so many times.", Panel.ATOMS, metavar="A B C"),
     ] = None
-    cut: Annotated[float | None, typer.Option(help="Cut a ball of this radius out of a crystal, in Angstrom.")] = None
-    style: Annotated[str | None, typer.Option(help="Atoms as ball-and-stick or space-filling. (ball-and-stick)")] = None
-    atom_radius: Annotated[float | None, typer.Option(help="Radius of atoms in Angstrom. (by element and style)")] = (
-        None
-    )
+    cut: Annotated[
+        float | None, advanced("Radius of a ball to cut out of a crystal, in Angstrom.", Panel.ATOMS, metavar="X")
+    ] = None
+    style: Annotated[
+        str | None, basic("ball-and-stick or space-filling. (ball-and-stick)", Panel.ATOMS, metavar="NAME")
+    ] = None
+    atom_radius: Annotated[
+        float | None, advanced("Radius of atoms in Angstrom. (by element and style)", Panel.ATOMS, metavar="X")
+    ] = None
     count_bonds: Annotated[
         bool,
-        typer.Option(
-            "--count-bonds",
-            help="Bonds count as surfaces, as atoms do. (they hide what is behind them, and count as background)",
+        advanced(
+            "Bonds are surfaces, as atoms are. (they hide what is behind them, and count as background)",
+            Panel.ATOMS,
+            name="--count-bonds",
         ),
     ] = False
-    model: Annotated[str | None, typer.Option(help="Number of a model in a PDB or mmCIF file. (the first)")] = None
+    model: Annotated[
+        str | None, advanced("Number of a model in a PDB or mmCIF file. (the first)", Panel.ATOMS, metavar="N")
+    ] = None
     assembly: Annotated[
-        str | None, typer.Option(help="Name of a biological assembly in a PDB or mmCIF file. (atoms as in the file)")
+        str | None,
+        advanced("Biological assembly in a PDB or mmCIF file. (atoms as in the file)", Panel.ATOMS, metavar="NAME"),
     ] = None
     inside: Annotated[
         bool | None,
-        typer.Option(
-            "--inside/--outside", help="Look from inside, as in a room, or from all around. (inside if it is a room)"
-        ),
+        basic("As in a room, or from all around.", Panel.STAND, name="--inside/--outside"),
     ] = None
     spp: Annotated[
-        int,
-        typer.Option(
-            help="Render the pictures, with this many samples per pixel. (0: lit from the eye)", min=0, max=65536
-        ),
+        int, advanced("Render the pictures, with so many samples. (0: lit from the eye)", metavar="N", min=0, max=65536)
     ] = 0
     overwrite: options.Overwrite = False
     quiet: options.Quiet = False
+    help_all: options.HelpAll = False
 
 
 def with_view_options(*left_out: str) -> Callable[[Callable[..., None]], Callable[..., None]]:

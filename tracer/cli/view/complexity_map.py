@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-import typer
-
+from tracer.cli.options import Panel, advanced, basic
 from tracer.cli.view import common
 
 
@@ -13,14 +12,16 @@ from tracer.cli.view import common
 def complexity_map(
     view: common.ViewOptions,
     kind: Annotated[
-        str, typer.Option("--kind", "-k", help="Kind of complexity: entropy, gini, distinct or viewpoint_complexity.")
+        str, basic("A name below. (entropy)", Panel.MEASURE, name="--kind", short="-k", metavar="NAME")
     ] = "entropy",
-    sensor: Annotated[int, typer.Option(help="Which camera of the scene, from 0.", min=0)] = 0,
+    sensor: Annotated[int, basic("Which camera of the scene. (0)", Panel.STAND, metavar="N", min=0)] = 0,
     eye: Annotated[
-        common.Three | None, typer.Option("--from", help="Look from here at the centre, not through a camera.")
+        common.Three | None, basic("Look from here at the centre.", Panel.STAND, name="--from", metavar="X Y Z")
     ] = None,
-    blocks: Annotated[int, typer.Option(help="Blocks across the image.", min=1, max=256)] = 32,
-    level: Annotated[int, typer.Option(help="Triangles around the eye: 8 * 4^level.", min=0, max=5)] = 3,
+    blocks: Annotated[int, basic("Blocks across the image. (32)", Panel.MEASURE, metavar="N", min=1, max=256)] = 32,
+    level: Annotated[
+        int, advanced("Triangles around the eye: 8 * 4^level. (3)", Panel.MEASURE, metavar="N", min=0, max=5)
+    ] = 3,
 ) -> None:
     """Show how complex each part of one view is: blocks of the image, and triangles all around the eye.
 

@@ -6,6 +6,7 @@ from typing import Annotated, cast, get_args
 
 import typer
 
+from tracer.cli.options import Panel, advanced, basic
 from tracer.cli.view import common
 
 LEAST_GAIN = 0.02
@@ -23,27 +24,29 @@ def cover(
     view: common.ViewOptions,
     quality: Annotated[
         float,
-        typer.Option(
-            help="A view shows a surface well if it shows this share of its largest projected area.", min=0.01, max=1
+        advanced(
+            "A view shows a surface well if it shows this share of its largest projected area. (0.5)",
+            Panel.MEASURE,
+            metavar="X",
+            min=0.01,
+            max=1,
         ),
     ] = 0.5,
     rule: Annotated[
-        str, typer.Option(help="Choose by entropy, by area newly shown, or by divergence from the true areas.")
+        str,
+        advanced(
+            "Choose by entropy, by area newly shown, or by divergence from the true areas. (entropy)",
+            Panel.MEASURE,
+            metavar="NAME",
+        ),
     ] = "entropy",
-    enough: Annotated[
-        float, typer.Option(help="End when this share of the visible area is shown well.", min=0.01, max=1)
-    ] = 0.99,
+    enough: Annotated[float, basic("Share of what is visible. (0.99)", Panel.END, metavar="X", min=0.01, max=1)] = 0.99,
     gain: Annotated[
         float | None,
-        typer.Option(
-            help="End when no other view would show well another such share of the visible area. "
-            "(0.02; with --views: 0)",
-            min=0,
-            max=1,
-        ),
+        basic("Least share that a view must add. (0.02)", Panel.END, metavar="X", min=0, max=1),
     ] = None,
-    views: Annotated[int | None, typer.Option(help="End after this many views.", min=1)] = None,
-    level: common.Level = 2,
+    views: Annotated[int | None, basic("Most views; --gain is 0 then.", Panel.END, metavar="N", min=1)] = None,
+    level: Annotated[int, common.level(2)] = 2,
 ) -> None:
     """Choose few views that show nearly everything well, for modelling from images.
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-import typer
-
+from tracer.cli.options import basic
 from tracer.cli.view import common
 
 
@@ -14,9 +13,9 @@ def measure(
     view: common.ViewOptions,
     measures: Annotated[
         list[str] | None,
-        typer.Option("--measure", "-m", metavar="NAME", help="A measure, a name below; may be repeated. (all)"),
+        basic("A name below; may be repeated. (all)", name="--measure", short="-m", metavar="NAME"),
     ] = None,
-    level: common.Level = 2,
+    level: Annotated[int, common.level(2)] = 2,
 ) -> None:
     """Measure views from all around, and show the best and the worst of each measure.
 

@@ -6,6 +6,7 @@ from typing import Annotated, cast, get_args
 
 import typer
 
+from tracer.cli.options import Panel, advanced, basic
 from tracer.cli.view import common
 
 
@@ -13,18 +14,24 @@ from tracer.cli.view import common
 def tour(
     view: common.ViewOptions,
     measure: common.Measure = "entropy",
-    steps: Annotated[int, typer.Option(help="Steps of the camera.", min=1, max=1000)] = 40,
+    steps: Annotated[int, advanced("Steps of the camera. (40)", Panel.FILM, metavar="N", min=1, max=1000)] = 40,
     step: Annotated[
-        float, typer.Option(help="Length of a step in degrees; inside, steps lead to the next place.", min=0.1, max=45)
+        float,
+        advanced(
+            "Degrees of a step; inside, steps lead to the next place. (6)", Panel.FILM, metavar="X", min=0.1, max=45
+        ),
     ] = 6.0,
     avoid: Annotated[
-        str, typer.Option(help="Keep away from the start (the paper's formula) or from all visited places (its text).")
+        str,
+        advanced(
+            "Keep away from the start (the paper's formula) or from all visited places (its text). (start)",
+            Panel.FILM,
+            metavar="start|visited",
+        ),
     ] = "start",
-    frames: Annotated[int, typer.Option(help="Pictures of the film.", min=2, max=10000)] = 121,
-    size: Annotated[int, typer.Option(help="Width and height of the pictures.", min=16, max=4096)] = 320,
-    film: Annotated[
-        str, typer.Option(help="Name of the film: it ends with .webp (an animation) or .mp4 (a video, H.264).")
-    ] = "tour.webp",
+    frames: Annotated[int, basic("Pictures in it, 2 or more. (121)", Panel.FILM, metavar="N", min=2, max=10000)] = 121,
+    size: Annotated[int, basic("Width and height. (320)", Panel.FILM, metavar="PIXELS", min=16, max=4096)] = 320,
+    film: Annotated[str, basic(".webp or .mp4 (H.264). (tour.webp)", Panel.FILM, metavar="FILE")] = "tour.webp",
 ) -> None:
     """Explore with a camera that starts at the best view, and make a film.
 

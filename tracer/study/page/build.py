@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from tracer.core.extras import require_package
+from tracer.study.clock import clock_warning
 from tracer.study.page.encode import require_image_writer
 from tracer.study.page.overview import overviews
 from tracer.study.page.pictures import decoding, filters, fit
@@ -49,6 +50,7 @@ def build_page(results: Results, pictures: Sequence[ScenePictures]) -> str:
         plan=results.plan,
         baseline=results.plan.compared_with,
         finished=results.finished,
+        clock=clock_warning(results),
         made=conditions(results),
         style=(folder / "style.css").read_text(encoding="utf-8"),
         scripts=[(folder / name).read_text(encoding="utf-8") for name in SCRIPTS],
