@@ -35,7 +35,7 @@ def test_of_the_scenes_that_come_with_it(name):
     "name", ["cornell-box", "dining-room", "etoile-city", "staircase2", "veach-bidir", "veach-mis"]
 )
 def test_of_scenes_by_others(name):
-    """staircase2 names ``volpath``, but has no medium."""
+    """staircase2 names ``volpath``; with ``path`` one glass has no tint."""
     require_same_mean(str(PUBLIC / name / "scene.xml"), {"type": "path"} if name == "staircase2" else None)
 
 
