@@ -18,7 +18,7 @@ from tracer.errors import SceneError, SettingsError
 ABOUT = {
     "bias": "How far the mean of adaptive pictures is off. 15 minutes.",
     "cluster": "Workers against one process, a model of more. 10 minutes.",
-    "guiding": "What the best choice of lights would gain. 10 minutes.",
+    "guiding": "What the best choice of lights would gain. 15 minutes.",
     "paper": "The paper's rules for rays of patches. 15 minutes.",
     "production": "Noise targets, limits of time, checkpoints. 30 minutes.",
     "radiosity": "Guided rays against even ones and paths. 30 minutes.",
@@ -94,10 +94,17 @@ def viewpoint(
     perform("viewpoint", output, overwrite or resume, quiet, public, resume)
 
 
-def guiding(scenes: Scenes, output: Output, overwrite: options.Overwrite = False, quiet: options.Quiet = False) -> None:
+def guiding(
+    scenes: Scenes,
+    output: Output,
+    overwrite: options.Overwrite = False,
+    resume: Resume = False,
+    quiet: options.Quiet = False,
+) -> None:
     """Find out where the noise of the bundled scenes and of those in a folder comes from."""
     check_scenes(scenes)
-    perform("guiding", output, overwrite, quiet, scenes)
+    check_resume(output, resume)
+    perform("guiding", output, overwrite or resume, quiet, scenes, resume)
 
 
 def time(

@@ -18,6 +18,7 @@ from tracer.core import backend
 from tracer.io import atomic
 from tracer.progress import StepCallback
 from tracer.study.gains import LEVEL, Interval
+from tracer.study.write import finite
 
 NUMBERS, PAGE = "results.json", "results.md"
 """Names of the files of results that every benchmark writes, beside its figures."""
@@ -91,6 +92,6 @@ def measured_before(folder: Path, resume: bool) -> dict[str, Any]:
 
 
 def write(folder: Path, numbers: Any, text: str) -> None:
-    """Write the results as plain values, and the page that shows them."""
-    atomic.write_text(folder / NUMBERS, json.dumps(numbers, indent=1) + "\n")
+    """Write the results as plain values, with null for NaN and infinities, and the page that shows them."""
+    atomic.write_text(folder / NUMBERS, json.dumps(finite(numbers), indent=1, allow_nan=False) + "\n")
     atomic.write_text(folder / PAGE, text)

@@ -3,8 +3,9 @@
 Mitsuba's ``path`` sends a shadow ray from every vertex to one of all lights, each with the same chance. Most scenes
 have lights that matter from here and not from there: those behind a wall, those far away, the lower half of a sky. This
 integrator takes a table that has the chance of every light, and of every part of a large light, for each cell of space.
-Where tracer renders it, the table is learned from a few samples first. Before anything is learned it is ``path``: the
-same numbers of the sampler make the same picture.
+Where tracer renders it, by itself or nested in ``aov``, the table is learned from a few samples first. Before anything
+is learned it is ``path``: the same numbers of the sampler make the same picture. Under plain ``mi.render`` it learns
+unless it is nested in another integrator.
 
 A shadow ray is traced only where the light would give something.
 

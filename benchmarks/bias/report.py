@@ -64,8 +64,9 @@ class Row:
     """For each method, the relative error of the mean of a picture, averaged over seeds, and its standard error."""
     spread: dict[str, float]
     """For each method, the standard deviation over seeds of the mean of a picture, as a share of the true mean."""
-    gain: dict[str, tuple[float, float, float]]
-    """For each method but uniform, the relMSE of uniform samples over that of the method, and its 95 % interval."""
+    gain: dict[str, tuple[float, float | None, float | None]]
+    """For each method but uniform, the relMSE of uniform samples over that of the method, and its 95 % interval: NaN,
+    and None in a file, where both drew the same pictures."""
 
 
 def report(folder: Path, progress: StepCallback) -> None:
@@ -134,6 +135,6 @@ def cells(row: Row) -> list[str]:
         row.scene,
         str(row.spp),
         *(f"{100 * mean:+.2f} ± {196 * error:.2f}" for mean, error in biases),
-        *(bounds(Interval(*gain)) for gain in gains),
+        *(bounds(Interval(*(np.nan if value is None else value for value in gain))) for gain in gains),
         *(f"{100 * row.spread[method]:.2f}" for method in ("given back", "uniform")),
     ]

@@ -19,7 +19,7 @@ from tracer.guiding.table import LightChances, LightTable
 from tracer.guiding.training import VERTICES, Paths, Trainer, Trials, joined, keys_of, seeded_rays
 from tracer.sampling.samples import make_sampler
 from tracer.scene.view import View
-from tracer.session.guidance import guided_of
+from tracer.session.guidance import require_guided
 
 DEPTHS = (1, 2, 3, 4, 5, 6, 8, 12)
 """Lengths at which paths are cut, so that differences tell what each part of a path gives; beyond the last, the rest
@@ -51,7 +51,7 @@ def follow(view: View, plan: SlotPlan, seed: int, path_count: int) -> Choices:
     All ends of the same path are drawn with the same numbers, so that differences between them are its parts.
     """
     chosen = choose(view.grid, 0, 1, 0, path_count // 2)
-    limit = guided_of(view).max_depth
+    limit = require_guided(view).max_depth
     ends = [depth for depth in DEPTHS if depth < limit]
     cut: list[Floats] = []
     for depth in ends:
@@ -79,7 +79,7 @@ def follow(view: View, plan: SlotPlan, seed: int, path_count: int) -> Choices:
 @contextmanager
 def guided_to(view: View, depth: int) -> Iterator[View]:
     """Yield a view whose paths end at a depth."""
-    integrator = guided_of(view)
+    integrator = require_guided(view)
     own = integrator.max_depth
     integrator.max_depth = depth
     try:
@@ -95,7 +95,7 @@ def trained(view: View, plan: SlotPlan, seed: int, chosen: Chosen) -> tuple[Path
         return trainer.train(LightTable.of(view.scene, plan, LightChances.stock(plan)), seed, 0, chosen)
     finally:
         trainer.close()
-        guided_of(view).table = None
+        require_guided(view).table = None
 
 
 def direction_bins(view: View, seed: int, inputs: list[Any]) -> list[Indices]:

@@ -53,6 +53,11 @@ def test_results_are_written_as_numbers_and_as_a_page(tmp_path):
     assert (tmp_path / "results.md").read_text() == "# Title\n"
 
 
+def test_what_is_no_number_is_written_as_null(tmp_path):
+    harness.write(tmp_path, {"gain": [(1.0, float("nan"), float("inf"))]}, "")
+    assert json.loads((tmp_path / "results.json").read_text()) == {"gain": [[1.0, None, None]]}
+
+
 def test_a_figure_is_written_whole_or_not_at_all(tmp_path):
     with harness.figure(tmp_path / "good.png", 2, 1, dpi=50) as figure:
         figure.subplots().plot([0, 1], [0, 1])

@@ -12,6 +12,14 @@ from benchmarks import harness
 RESULTS = Path(__file__).parents[2] / "results"
 
 
+@pytest.mark.parametrize("path", sorted(RESULTS.glob("**/*.json")), ids=lambda path: str(path.relative_to(RESULTS)))
+def test_every_reader_of_json_can_read_it(path):
+    def refuse(constant):
+        raise AssertionError(f"{constant} is not JSON")
+
+    json.loads(path.read_text(), parse_constant=refuse)
+
+
 @pytest.mark.parametrize(
     "name", ["bias", "cluster", "guiding", "paper", "production", "radiosity", "time", "viewpoint"]
 )

@@ -21,6 +21,18 @@ MAKE = {
         "radius": 0.5,
         "emitter": {"type": "area", "radiance": 20.0},
     },
+    "half black": lambda place: {
+        "type": "rectangle",
+        "to_world": mi.ScalarTransform4f().translate([*place, 2.0]).rotate([1, 0, 0], 180).scale(0.4),
+        "emitter": {"type": "area", "radiance": bitmap_of(half_black(4.0))},
+    },
+    "black sky": lambda place: {"type": "envmap", "bitmap": mi.Bitmap(half_black(0.5))},
+    "projector": lambda place: {
+        "type": "projector",
+        "to_world": mi.ScalarTransform4f().look_at(origin=[*place, 3.0], target=[0, 0, 0], up=[0, 1, 0]),
+        "irradiance": bitmap_of(half_black(4.0)),
+        "fov": 60.0,
+    },
     "point": lambda place: {"type": "point", "position": [*place, 1.0], "intensity": {"type": "rgb", "value": 0.7}},
     "spot": lambda place: {
         "type": "spot",
@@ -38,6 +50,18 @@ def sky():
     picture = np.full((16, 32, 3), 0.1, np.float32)
     picture[3:5, 7:10] = (8, 6, 4)
     return mi.Bitmap(picture)
+
+
+def half_black(brightness):
+    """Return a picture (16, 32, 3) of which one half and single pixels of the other are black."""
+    picture = np.full((16, 32, 3), brightness, np.float32)
+    picture[:, 16:], picture[::3, ::5] = 0, 0
+    return picture
+
+
+def bitmap_of(picture):
+    """Return a texture that shows a picture as it is."""
+    return {"type": "bitmap", "bitmap": mi.Bitmap(picture), "raw": True, "filter_type": "nearest"}
 
 
 def scene_with_lights(*kinds, size=(16, 12), **more):

@@ -131,13 +131,50 @@ def test_the_default_is_guided_where_there_are_many_lights():
     assert not np.array_equal(default.image, plain.image)
 
 
-def test_a_medium_is_drawn_as_it_is():
-    scene = scene_with_lights("area", "point", integrator={"type": "volpath", "max_depth": 3})
-    result = render(scene, guide=True)
-    assert result.report.notes == [
-        "Not guided: that takes the integrator 'path' or 'guided', and this is a VolumetricPathIntegrator."
-    ]
-    assert np.array_equal(result.image, render(scene).image)
+FOG = {"type": "cube", "bsdf": {"type": "null"}, "interior": {"type": "homogeneous", "sigma_t": 0.2}}
+"""A box around the middle of a scene, with a medium in it."""
+OTHERS = [
+    (
+        {"type": "volpath"},
+        {"fog": FOG},
+        "only the integrators 'path' and 'guided' learn about lights, and this is 'volpath'.",
+    ),
+    (
+        {"type": "volpath"},
+        {},
+        "only the integrators 'path' and 'guided' learn about lights, and this is 'volpath'; the scene has no medium, "
+        "so 'path' has the same expected picture.",
+    ),
+    ({"type": "prb"}, {}, "only the integrators 'path' and 'guided' learn about lights, and this is 'prb'."),
+    (
+        {"type": "aov", "aovs": "z:depth", "image": {"type": "path"}},
+        {},
+        "within 'aov' only the integrator 'guided' learns about lights; name it there instead of 'path'.",
+    ),
+]
+"""Integrators other than path, what else there is, and why they do not learn."""
+
+
+@pytest.mark.parametrize(("integrator", "more", "why"), OTHERS, ids=["medium", "no medium", "prb", "aov"])
+def test_other_integrators_draw_as_they_do_and_say_so(integrator, more, why):
+    scene = scene_with_lights("area", "point", integrator=integrator, **more)
+    result = render(scene, guide=True, spp=16)
+    assert result.report.notes == [f"Not guided: {why}"]
+    assert np.array_equal(result.image, render(scene, spp=16).image)
+
+
+def test_within_aov_it_learns(lamps):
+    """It makes the same picture as alone, whether anything was recorded before, and leaves nothing behind."""
+    guided = {"type": "guided", "max_depth": 3, "hide_emitters": True}
+    nested = mi.load_dict({"type": "aov", "aovs": "z:depth", "image": guided})
+    for seed in (3, 4):
+        found, alone = (render(lamps, integrator=integrator, seed=seed) for integrator in (nested, guided))
+        assert any(note.startswith("Guided: ") for note in found.report.notes)
+        assert found.report.notes == alone.report.notes
+        assert np.array_equal(found.image[..., :3], alone.image)
+        assert found.image.shape[-1] == 8  # those of the film, of the nested integrator, and the depth
+    plain = render(lamps, integrator=nested, seed=3, guide=False).image
+    assert np.allclose(plain[..., :3], render(lamps, seed=3).image, rtol=1e-4, atol=1e-5)
 
 
 def test_the_integrator_asks_for_it(lamps):

@@ -183,6 +183,9 @@ class Scene(Protocol):
     ) -> mi.PreliminaryIntersection3f:
         """Return the shape and the place on it that rays hit first."""
 
+    def ray_test(self, ray: mi.Ray3f, *arguments: Any, **keywords: Any) -> mi.Bool:
+        """Return whether rays hit anything."""
+
 
 class DaskClient(Protocol):
     """The way to workers that run already: ``distributed.Client``, of the extra ``cluster``."""

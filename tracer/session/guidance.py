@@ -30,17 +30,18 @@ from tracer.guiding.learn import Lesson, learn
 from tracer.guiding.slots import SlotPlan, slots_of
 from tracer.guiding.table import LightChances, LightTable
 from tracer.scene.view import View
+from tracer.session.not_guided import NOT_WORTH_IT, is_path, why_not_guided
 from tracer.session.recorder import Recorder
 from tracer.session.recordings import recorded_training
 from tracer.session.state import State
 from tracer.settings import Settings
 
+GUIDED = "GuidedIntegrator"
+"""Name of the class of the integrator ``guided``: every variant has a class of its own of that name."""
 MOST_LOST = 0.04
 """Part of the time of a picture that a look may take which nobody has asked for: it may be in vain."""
 LEAST_UNASKED, LEAST_SECONDS = 1 << 22, 60.0
 """Fewest paths of a picture of many lights that learns unasked, and fewest seconds of a picture that has a limit."""
-NOT_WORTH_IT = "Not guided: to learn which lights matter where is not expected to pay here."
-NOT_POSSIBLE = "Not guided: that takes the integrator 'path' or 'guided', and this is a {}."
 LEARNING_SPP = 16
 """Samples per pixel for which a picture learns that ends with a noise target or a time, if not fewer are allowed."""
 
@@ -52,7 +53,7 @@ def with_guide(view: View, settings: Settings, was_guided: bool | None = None) -
     vain would not be felt. ``was_guided``: whether the render that is gone on with did; None for a new one.
     """
     learns = learns_for(view, settings) if was_guided is None else was_guided
-    if is_guided(view) or (is_path(view) and learns):
+    if is_guided(view) or (is_path(view.integrator) and learns):
         view = guided_view(view)
         choose_by(view, None)
     return view
@@ -83,16 +84,6 @@ def learning_spp(settings: Settings) -> int:
     return min(settings.spp, LEARNING_SPP) if settings.is_open else settings.spp
 
 
-def is_path(view: View) -> bool:
-    """Return whether the integrator of a view is ``path``."""
-    return bool(view.integrator.class_name() == "PathIntegrator")
-
-
-def is_guided(view: View) -> bool:
-    """Return whether the integrator of a view is ``guided``. Every variant has a class of its own of that name."""
-    return type(getattr(view, "integrator", None)).__name__ == "GuidedIntegrator"
-
-
 class Guided(Integrator, Protocol):
     """What the integrator ``guided`` has beside others."""
 
@@ -104,9 +95,26 @@ class Guided(Integrator, Protocol):
     """The same as arrays."""
 
 
-def guided_of(view: View) -> Guided:
-    """Return the integrator of a view that is ``guided``."""
-    return cast(Guided, view.integrator)
+def is_guided(view: View) -> bool:
+    """Return whether the integrator of a view is ``guided``, or has it nested in it, as ``aov`` may."""
+    return guided_of(view) is not None
+
+
+def guided_of(view: View) -> Guided | None:
+    """Return the integrator ``guided`` of a view or the first one nested in its integrator; None if there is none."""
+    integrator = getattr(view, "integrator", None)
+    if integrator is None or type(integrator).__name__ == GUIDED:
+        return cast(Guided | None, integrator)
+    nested = (part for part in mi.traverse(integrator).hierarchy if type(part).__name__ == GUIDED)
+    return cast(Guided | None, next(nested, None))
+
+
+def require_guided(view: View) -> Guided:
+    """Return the integrator ``guided`` of a view, which must have one."""
+    guided = guided_of(view)
+    if guided is None:
+        raise ValueError("the view has no integrator 'guided'")
+    return guided
 
 
 def guided_view(view: View) -> View:
@@ -120,16 +128,18 @@ def choose_by(view: View, learned: LightChances | None, plan: SlotPlan | None = 
 
     ``plan``: the slots of the scene, if they are known.
     """
-    if not is_guided(view):
+    guided = guided_of(view)
+    if guided is None:
         return
-    scene, integrator = view.scene, guided_of(view)
-    integrator.learned = learned
-    integrator.table = None if learned is None else LightTable.of(scene, plan or slots_of(scene), learned)
+    scene = view.scene
+    guided.learned = learned
+    guided.table = None if learned is None else LightTable.of(scene, plan or slots_of(scene), learned)
 
 
 def packed_guide(view: View) -> dict[str, Any] | None:
     """Return what the integrator of a view chooses lights by, as arrays; None: all with the same chance."""
-    learned = guided_of(view).learned if is_guided(view) else None
+    guided = guided_of(view)
+    learned = None if guided is None else guided.learned
     return None if learned is None else learned.pack()
 
 
@@ -161,7 +171,7 @@ def begin_guided(view: View, settings: Settings, recorder: Recorder, state: Stat
     """Learn about lights if the view can and nothing is drawn yet, or take over what the state has learned."""
     if not is_guided(view):
         if settings.guide:
-            recorder.report.note(NOT_WORTH_IT if is_path(view) else NOT_POSSIBLE.format(view.integrator.class_name()))
+            recorder.report.note(why_not_guided(view))
         return
     state.guided = True
     if state.done == 0 and state.guide is None and settings.guide is not False:
@@ -193,6 +203,7 @@ def learn_lights(
 
     ``spp``: samples per pixel that the picture will have; ``objective``, ``exposure``: see ``tracer.settings``.
     """
+    view = replace(view, integrator=require_guided(view))
     plan = slots_of(view.scene) if view.scene.emitters() else None
     total = spp * view.pixel_count
     teachers = judges = min(look_paths(total), terms.most_paths) // 2

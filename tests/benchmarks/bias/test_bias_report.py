@@ -25,8 +25,9 @@ def test_a_line_has_bias_gain_and_spread():
     assert report.cells(row()) == ["a", "16", bias, bias, bias, *["1.50 [1.25, 1.75]"] * 2, "0.40", "0.40"]
 
 
-def test_equal_pictures_have_no_interval():
-    gains = dict.fromkeys(("given back", "not given back"), (1.0, float("nan"), float("nan")))
+@pytest.mark.parametrize("nothing", [float("nan"), None], ids=["measured", "read from a file"])
+def test_equal_pictures_have_no_interval(nothing):
+    gains = dict.fromkeys(("given back", "not given back"), (1.0, nothing, nothing))
     assert report.cells(row(gain=gains))[5:7] == ["1.00", "1.00"]
 
 

@@ -11,23 +11,44 @@ def row(scene="a", value=1.5):
     return {"scene": scene, "slots": 3, "factors": {name: [value, value + 1] for name in report.COLUMNS}}
 
 
+def rectangle_row(scene="c"):
+    gains = {"variance": {"solid angle": [0.75, 1.5], "cosine": [1.25, 1.75]}, "time": {"solid angle": 2, "cosine": 1}}
+    return {"scene": scene, "rectangles": 5, "gains": gains}
+
+
+def page_of(*rows, rectangles=()):
+    return report.to_page({"noise": list(rows), "rectangles": list(rectangles)})
+
+
 def test_a_line_has_the_mean_of_the_seeds():
-    page = report.to_page([row(), row("b", 3.5)])
+    page = page_of(row(), row("b", 3.5))
     assert "| a | 3 | 2.00 | 2.00 | 2.00 | 2.00 | 2.00 | 2.00 |" in page
     assert "| **geometric mean** |  | **2.83** |" in page
 
 
+def test_gains_of_rectangles_are_shared_out_over_time():
+    page = page_of(row(), rectangles=[rectangle_row()])
+    assert "| c | 5 | 0.75 | 1.50 | 1.25 | 1.75 | 2.00 | 1.00 | 0.75 | 1.75 |" in page
+
+
 @pytest.mark.slow
 def test_every_scene_with_paths_has_a_line(tmp_path, monkeypatch):
-    for name, value in {"SIZE": 12, "PATHS": 1 << 11, "SEEDS": (1,)}.items():
+    for name, value in {"SIZE": 12, "PATHS": 1 << 11, "SEEDS": (1,), "RECTANGLE_SIZE": 8}.items():
         monkeypatch.setattr(report, name, value)
     ours = report.openers(tmp_path)
-    kept = ("even_noise", "many_lights", "lamp_and_sky")
+    kept = ("even_noise", "many_lights", "lamp_and_sky", "window_interior")
     monkeypatch.setattr(report, "openers", lambda public: {name: ours[name] for name in kept})
     steps = []
     report.report(tmp_path, lambda *step: steps.append(step), tmp_path)
-    assert [step[0] for step in steps] == list(kept)
-    rows = json.loads((tmp_path / "results.json").read_text())
-    assert [measured["scene"] for measured in rows] == list(kept)
-    assert all(min(values) >= 1 for measured in rows for values in measured["factors"].values())
-    assert report.to_page(rows) == (tmp_path / "results.md").read_text()
+    assert [step[0] for step in steps] == [f"{name}: {part}" for part in ("noise", "rectangles") for name in kept]
+    numbers = json.loads((tmp_path / "results.json").read_text())
+    assert [measured["scene"] for measured in numbers["noise"]] == list(kept)
+    assert all(min(values) >= 1 for measured in numbers["noise"] for values in measured["factors"].values())
+    assert [measured["scene"] for measured in numbers["rectangles"]] == ["window_interior"]
+    assert report.to_page(numbers) == (tmp_path / "results.md").read_text()
+    numbers["noise"][0]["slots"] = 99
+    (tmp_path / "results.json").write_text(json.dumps({"noise": numbers["noise"]}))
+    report.report(tmp_path, lambda *_: True, tmp_path, resume=True)
+    again = json.loads((tmp_path / "results.json").read_text())
+    assert again["noise"] == numbers["noise"]
+    assert again["rectangles"][0]["gains"]["variance"] == numbers["rectangles"][0]["gains"]["variance"]
