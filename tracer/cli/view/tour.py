@@ -21,10 +21,13 @@ def tour(
         str, typer.Option(help="Keep away from the start (the paper's formula) or from all visited places (its text).")
     ] = "start",
     frames: Annotated[int, typer.Option(help="Pictures of the film.", min=2, max=10000)] = 121,
-    size: Annotated[int, typer.Option(help="Width and height of the pictures.", min=16, max=4096)] = 320,
+    size: Annotated[int, typer.Option(help="Width and height of the pictures.", min=16, max=4096)] = 640,
     film: Annotated[
         str, typer.Option(help="Name of the film: it ends with .webp (an animation) or .mp4 (a video, H.264).")
     ] = "tour.webp",
+    loop: Annotated[
+        bool, typer.Option("--loop", help="Come back to the start; otherwise the film plays forwards and backwards.")
+    ] = False,
 ) -> None:
     """Explore with a camera that starts at the best view, and make a film.
 
@@ -45,7 +48,7 @@ def tour(
         raise OutputError(f"'{view.output}' has frames of another tour; choose another folder, or --overwrite.")
     require_film_maker(film)
     with common.view_context(view, (film, *report.FILES), may_be_inside=True) as context:
-        shown = report.Film(frames, size, film)
+        shown = report.Film(frames, size, film, loop)
         if context.room is None:
             lines = report.tour(context, measure, steps, step, shown, cast(Avoided, avoid))
         else:
