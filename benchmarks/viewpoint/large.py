@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -21,17 +20,18 @@ from tracer.scene.stl_mesh import HEADER, TRIANGLE
 FACES, ATOMS = 5_000_000, 100_000
 """Number of faces of the meshes, about, and of atoms of the molecule."""
 COMMANDS = {
-    "view best": ("view", "best", "{file}", "-o", "{output}", "--quiet"),
-    "render": ("render", "{file}", "-o", "{output}.exr", "--spp", "16", "--quiet"),
+    "view best --level 2": ("view", "best", "{file}", "-o", "{output}", "--level", "2", "--overwrite", "--quiet"),
+    "render --spp 16": ("render", "{file}", "-o", "{output}.exr", "--spp", "16", "--overwrite", "--quiet"),
 }
 """Words of each command."""
 STARTER = """
 import resource, subprocess, sys
 code = subprocess.run(sys.argv[1:], stdout=subprocess.DEVNULL).returncode
-print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
+usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+print(usage.ru_utime + usage.ru_stime, usage.ru_maxrss)
 raise SystemExit(code)
 """
-"""Program that runs the words after it as a process, and prints the peak memory of that."""
+"""Program that runs the words after it as a process, and prints its seconds of all processors and its peak memory."""
 KIBI = 1 if sys.platform == "darwin" else 1024
 """Bytes of the unit in which the system tells the peak memory of a process."""
 SPACING, JITTER = 1.6, 0.2
@@ -44,7 +44,7 @@ def step_count() -> int:
 
 
 def large_files(announce: Announce) -> list[dict[str, Any]]:
-    """Return the seconds and the peak memory of each command on each file. Raises TracerError if one fails."""
+    """Return what each command on each file costs, see ``cost_of``. Raises TracerError if one fails."""
     rows = []
     with TemporaryDirectory() as folder:
         for name, (write, commands) in FILES.items():
@@ -62,16 +62,16 @@ def large_files(announce: Announce) -> list[dict[str, Any]]:
 
 
 def cost_of(words: list[str]) -> tuple[float, float]:
-    """Return the seconds and the peak memory in bytes of a process. Raises TracerError if it fails.
+    """Return the seconds of all processors and the peak memory in bytes of a process. Raises TracerError if it fails.
 
     Linux counts the memory of the process that starts another one as the other one's, so a small one starts it.
     """
-    start = time.perf_counter()
     starter = [sys.executable, "-c", STARTER, *words]
     finished = subprocess.run(starter, stdout=subprocess.PIPE, text=True, check=False)
     if finished.returncode:
         raise TracerError(f"'{' '.join(words)}' failed; its message is above.")
-    return time.perf_counter() - start, int(finished.stdout) * KIBI
+    seconds, memory = finished.stdout.split()
+    return float(seconds), int(memory) * KIBI
 
 
 def landscape(count: int) -> tuple[Singles, Integers]:
@@ -116,8 +116,8 @@ def write_xyz(path: Path) -> str:
 
 
 FILES: dict[str, tuple[Callable[[Path], str], tuple[str, ...]]] = {
-    "landscape.ply": (write_ply, ("view best", "render")),
-    "landscape.stl": (write_stl, ("view best", "render")),
-    "atoms.xyz": (write_xyz, ("view best",)),
+    "landscape.ply": (write_ply, ("view best --level 2", "render --spp 16")),
+    "landscape.stl": (write_stl, ("view best --level 2", "render --spp 16")),
+    "atoms.xyz": (write_xyz, ("view best --level 2",)),
 }
 """For each file, the function that writes it, and the commands that are run on it."""

@@ -150,7 +150,7 @@ def large_files(rows: Rows) -> str:
         for row in rows
     ]
     return f"""
-Each command in a process of its own, with its defaults (`render` with 16 samples a pixel), on {harness.machine()}: \
-all seconds, and the most memory at any time.
+Each command in a process of its own, on {harness.machine()}: seconds of all processors, and the most memory at any \
+time.
 
 {markdown_table(["file", "", "command", "seconds", "GB"], lines, right_aligned=True)}"""

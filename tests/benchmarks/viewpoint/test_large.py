@@ -38,7 +38,7 @@ def test_the_memory_of_a_process_is_its_own():
 
 
 def test_the_table():
-    row = {"file": "a.ply", "size": "5 faces", "megabytes": 97.4, "command": "render", "seconds": 12.3}
-    assert "| a.ply, 97 MB | 5 faces | `tracer render` | 12 | 1.5 |" in page_of_large_files(
+    row = {"file": "a.ply", "size": "5 faces", "megabytes": 97.4, "command": "render --spp 16", "seconds": 12.3}
+    assert "| a.ply, 97 MB | 5 faces | `tracer render --spp 16` | 12 | 1.5 |" in page_of_large_files(
         [{**row, "gigabytes": 1.53}]
     )

@@ -58,7 +58,7 @@ def test_the_report(public, tmp_path, monkeypatch):
         monkeypatch.setattr(report, name, value)
     monkeypatch.setattr(report.measures, "names", lambda: ["entropy", "kullback_leibler", "curvature_entropy"])
     monkeypatch.setattr(large, "FACES", 200)
-    monkeypatch.setattr(large, "FILES", {"a.ply": (large.write_ply, ("view best",))})
+    monkeypatch.setattr(large, "FILES", {"a.ply": (large.write_ply, ("view best --level 2",))})
     out = tmp_path / "out"
     out.mkdir()
     steps = []
