@@ -33,6 +33,7 @@ Entropy with background, 12 views; the scene by shapes:
         "Molecules": f"{molecule_table(molecules)}\n"
         + "\n".join(f"![{row['file']}]({Path(row['file']).stem}/best.png)" for row in molecules),
         "Pictures": "\n".join(f"![{name}]({name}/{SHOWN[name.split('-')[0]]})" for name in sections["Pictures"]),
+        "Large files": large_files(sections["Large files"]),
     }
     return harness.page("Views", "", texts)
 
@@ -134,3 +135,22 @@ def molecule_table(rows: Rows) -> str:
     headings = ["file", "atoms", "entropy wanted", "search", "view", "bits", "views"]
     lines = [[row["file"], str(row["atoms"]), row["good"], *line[:4]] for row in rows for line in row["lines"]]
     return markdown_table(headings, lines)
+
+
+def large_files(rows: Rows) -> str:
+    """Return the section on seconds and memory of commands on large files."""
+    lines = [
+        [
+            f"{row['file']}, {row['megabytes']:.0f} MB",
+            row["size"],
+            f"`tracer {row['command']}`",
+            f"{row['seconds']:.0f}",
+            f"{row['gigabytes']:.1f}",
+        ]
+        for row in rows
+    ]
+    return f"""
+Each command in a process of its own, on {harness.machine()}: seconds of all processors, and the most memory at any \
+time.
+
+{markdown_table(["file", "", "command", "seconds", "GB"], lines, right_aligned=True)}"""

@@ -1,4 +1,4 @@
-"""Measure and draw everything about views: rate, searches, view sets, convergence, molecules, pictures."""
+"""Measure and draw everything about views: rate, searches, view sets, convergence, molecules, pictures, large files."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ import numpy as np
 
 from benchmarks import harness
 from benchmarks.harness import Announce
+from benchmarks.viewpoint import large
 from benchmarks.viewpoint.lit import lit_views
 from benchmarks.viewpoint.minimum_cover import fewest_views
 from benchmarks.viewpoint.page import to_page
@@ -93,6 +94,7 @@ def report(folder: Path, progress: StepCallback, public: Path, resume: bool = Fa
         "Light": (len(lit), lambda announce: lit_views(lit, folder, announce)),
         "Molecules": (len(CRYSTALS + MOLECULES), lambda announce: molecules(public / "molecules", folder, announce)),
         "Pictures": (len(drawings), lambda announce: pictures(opened, folder, announce)),
+        "Large files": (large.step_count(), large.large_files),
     }
     announce = harness.StepCounter(progress, sum(steps for name, (steps, _) in parts.items() if name not in kept))
     sections = {name: kept[name] if name in kept else part(announce) for name, (_, part) in parts.items()}

@@ -102,7 +102,7 @@ FEW = ("--spp", 4, "--rays", 64, "--patch", 0.5)
 def test_illuminance_by_pixel_and_by_surface(tmp_path):
     files = [tmp_path / name for name in ("lux.png", "lux.exr", "lux.csv")]
     named = [argument for path in files for argument in ("--illuminance", path)]
-    said = call(scene(tmp_path), *named, "--efficacy", 2, "--spp", 64, "--rays", 64, "--patch", 0.5)
+    said = call(scene(tmp_path), *named, "--range", "0,30", "--efficacy", 2, "--spp", 64, "--rays", 64, "--patch", 0.5)
     assert "uniformity" in said
     assert "lux.csv" in said
     names, values, about = exr.read_exr(files[1])
@@ -141,6 +141,8 @@ def test_patches_and_their_light_are_exported_without_a_picture(tmp_path, method
         (["-o", "a.png", "--illuminance", "a.png"], "'a.png' cannot hold two things"),
         (["-o", "a.png", "--logarithmic"], "--logarithmic is the scale of false colours"),
         (["--illuminance", "a.csv", "--logarithmic"], "--logarithmic is the scale of false colours"),
+        (["--illuminance", "a.csv", "--range", "0,500"], "--range is the scale of false colours"),
+        (["--illuminance", "a.png", "--range", "500"], "A range is two numbers of lux such as 0,500, not '500'"),
         (["-o", "a.png", "--efficacy", "683"], "--efficacy makes lux of light"),
         (["--illuminance", "a.png", "--efficacy", "0"], "lumens above 0"),
         (["--illuminance", "a.jpg"], "'a.jpg' must end in .png or .exr or .csv"),

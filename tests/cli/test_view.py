@@ -110,6 +110,12 @@ def test_tour_makes_a_film(scene, tmp_path):
     assert not np.array_equal(picture(out / "frame0000.png"), picture(out / "frame0004.png"))
 
 
+def test_a_loop_has_each_picture_once(scene, tmp_path):
+    call("tour", scene, "-o", tmp_path / "out", "--steps", 8, "--frames", 6, "--size", 32, "--loop", *FEW)
+    with Image.open(tmp_path / "out" / "tour.webp") as film:
+        assert film.n_frames == 6
+
+
 def test_tour_makes_a_video(scene, tmp_path):
     few = ["--steps", 2, "--frames", 3, "--size", 33, "--film", "turn.mp4"]
     call("tour", scene, "-o", tmp_path / "out", *few, *FEW)

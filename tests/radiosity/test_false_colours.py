@@ -5,7 +5,17 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from tracer.radiosity.false_colours import COLOURS, MARGIN, NOWHERE, false_colours, limits, write_false_colours
+from tracer.errors import SettingsError
+from tracer.radiosity.false_colours import (
+    COLOURS,
+    MARGIN,
+    NOWHERE,
+    Scale,
+    false_colours,
+    limits,
+    scale_of,
+    write_false_colours,
+)
 
 
 def ramp(rows=480, columns=640):
@@ -27,7 +37,7 @@ def test_a_pixel_has_the_colour_of_its_place_on_the_scale(tmp_path):
 @pytest.mark.parametrize("logarithmic", [False, True])
 def test_the_scale_is_in_lux_with_ticks(logarithmic):
     lux, lit = ramp()
-    figure = false_colours(lux, lit, logarithmic)
+    figure = false_colours(lux, lit, Scale(logarithmic))
     figure.canvas.draw()
     _, bar = figure.axes
     least, most = limits(lux[lit], logarithmic)
@@ -50,5 +60,26 @@ def test_few_bright_pixels_do_not_take_all_colours():
 
 @pytest.mark.parametrize("logarithmic", [False, True])
 def test_small_and_dark_pictures_can_be_read(tmp_path, logarithmic):
-    write_false_colours(tmp_path / "lux.png", np.zeros((8, 12)), np.zeros((8, 12), bool), logarithmic)
+    write_false_colours(tmp_path / "lux.png", np.zeros((8, 12)), np.zeros((8, 12), bool), Scale(logarithmic))
     assert imread(tmp_path / "lux.png").shape[0] >= 480
+
+
+@pytest.mark.parametrize("text", ["0,800", "100,400"])
+def test_a_fixed_scale_gives_equal_light_equal_colours_in_two_pictures(tmp_path, text):
+    lux, lit = ramp()
+    least, most = (float(number) for number in text.split(","))
+    for factor in (1.0, 0.5):
+        write_false_colours(tmp_path / "lux.png", factor * lux, lit, scale_of(False, text))
+        picture = imread(tmp_path / "lux.png")[MARGIN:, MARGIN:, :3]
+        for column in (100, 320, 600):
+            place = np.clip((factor * lux[240, column] - least) / (most - least), 0, 1)
+            assert picture[240, column] == pytest.approx(matplotlib.colormaps[COLOURS](place)[:3], abs=0.02)
+    assert scale_of(True, "1,1e3") == Scale(True, (1.0, 1000.0))
+
+
+@pytest.mark.parametrize("text", ["500", "0,500,2", "a,b", "", "500,0", "5,5", "-1,5", "0,inf", "nan,1"])
+def test_a_range_that_is_none_is_refused(text):
+    with pytest.raises(SettingsError, match=r"[Rr]ange"):
+        scale_of(False, text)
+    with pytest.raises(SettingsError, match="begins above 0"):
+        scale_of(True, "0,500")

@@ -74,6 +74,7 @@ CASES = {
 }
 READ_ALONE = {
     "quad.ply": 2,
+    "lists.ply": 2,
     "later.ply": 4,
     "five.ply": 3,
     "big.ply": 3,

@@ -5,8 +5,8 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from tracer.scene.mesh_files import Material, Part
 from tracer.scene.mesh_scene import shapes_of
+from tracer.scene.parts import Material, Part
 from tracer.viewpoint.surfaces import open_subject
 
 SQUARE = np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])

@@ -8,6 +8,7 @@ from conftest import LIT
 from tracer.errors import SettingsError
 from tracer.scene.load import load
 from tracer.scene.shape_names import find_shapes, named_shapes
+from tracer.viewpoint.source import Counted, open_source
 
 T = mi.ScalarTransform4f
 FILM = {"type": "hdrfilm", "width": 16, "height": 16, "filter": {"type": "box"}}
@@ -116,3 +117,20 @@ def test_meshes_that_mitsuba_has_merged_are_explained(cornell):
     assert [entry.number for entry in named_shapes(scene)] == list(range(1, len(scene.shapes()) + 1))
     with pytest.raises(SettingsError, match=r"red-wall.*merged.*optimize=False\.$"):
         tracer.render(scene, spp=1, shape_weights={"lamp": 2})
+
+
+def test_meshes_without_an_id_are_called_after_their_files(scene_file, tmp_path):
+    (tmp_path / "models").mkdir()
+    mi.load_dict({"type": "cube"}).write_ply(str(tmp_path / "models" / "chair.v2.ply"))
+    chair = '<shape type="ply"{}><string name="filename" value="models/chair.v2.ply"/>{}</shape>'
+    beside = '<transform name="to_world"><translate x="3"/></transform>'
+    lamp = '<shape type="sphere" id="chair_v2 2"><emitter type="area"/></shape>'
+    path = scene_file(chair.format("", "") + lamp + chair.format("", beside) + chair.format(' id="stool"', beside))
+    scene = load(path)
+    assert sorted(shape.id() for shape in scene.shapes()) == ["chair_v2", "chair_v2 2", "chair_v2 3", "stool"]
+    (third,) = find_shapes(scene, ["chair_v2 3"])["chair_v2 3"]
+    assert float(third.bbox().min.x) == pytest.approx(2)
+    grouped = open_source(path, Counted(groups=("chair_v2*",))).subject
+    assert grouped.names == ["chair_v2*", "stool"]
+    weighted = open_source(path, Counted("shape", weights={"chair_v2": 5.0})).subject
+    assert weighted.weights[weighted.names.index("chair_v2")] == 5

@@ -6,7 +6,7 @@ import pytest
 from PIL import Image
 
 from tracer.errors import SettingsError
-from tracer.viewpoint.films import require_film_maker, write_film
+from tracer.viewpoint.films import require_film_maker, there_and_back, write_film
 
 
 def pictures(count, height, width):
@@ -19,7 +19,7 @@ def pictures(count, height, width):
 
 @pytest.mark.parametrize(("height", "width"), [(48, 64), (33, 47)])
 def test_a_video_is_what_browsers_play(height, width, tmp_path):
-    write_film(tmp_path / "film.mp4", pictures(5, height, width))
+    write_film(tmp_path / "film.mp4", there_and_back(pictures(5, height, width)))
     content = (tmp_path / "film.mp4").read_bytes()
     assert content.index(b"moov") < content.index(b"mdat")  # it plays before all of it is there
     with av.open(tmp_path / "film.mp4") as film:
@@ -39,12 +39,12 @@ def test_a_video_is_what_browsers_play(height, width, tmp_path):
 
 def test_a_single_picture_is_a_film(tmp_path):
     for name in ("one.webp", "one.mp4"):
-        write_film(tmp_path / name, pictures(1, 16, 16))
+        write_film(tmp_path / name, there_and_back(pictures(1, 16, 16)))
         assert (tmp_path / name).stat().st_size > 0
 
 
 def test_an_animation_plays_without_end(tmp_path):
-    write_film(tmp_path / "film.webp", pictures(3, 16, 17))
+    write_film(tmp_path / "film.webp", there_and_back(pictures(3, 16, 17)))
     with Image.open(tmp_path / "film.webp") as film:
         assert (film.n_frames, film.size, film.info["loop"]) == (4, (17, 16), 0)
 

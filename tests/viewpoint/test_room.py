@@ -4,11 +4,12 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from tracer.viewpoint.inside import all_poses, best_inside, value_inside, viewpoints_of
-from tracer.viewpoint.item_buffer import Rays
+from tracer.viewpoint.inside import LENS, Pose, all_poses, best_inside, value_inside, viewpoints_of
+from tracer.viewpoint.item_buffer import Rays, projected_areas
+from tracer.viewpoint.novelty import Memory
 from tracer.viewpoint.room import EYE_HEIGHT, distance_to, find_room
 from tracer.viewpoint.surfaces import open_subject
-from tracer.viewpoint.walk import distances_on_foot, is_blocked, smooth_walk, walk
+from tracer.viewpoint.walk import HEAD_TURN, distances_on_foot, is_blocked, smooth_walk, walk, wrapped
 
 UP = np.array([0.0, 0, 1])
 
@@ -101,7 +102,8 @@ def test_a_walk_goes_from_place_to_place(subject, room, avoided):
     assert len(path.poses) == 13
     steps = {tuple(sorted(pair)) for pair in zip(path.poses.place[:-1], path.poses.place[1:], strict=True)}
     assert steps <= {tuple(sorted(pair)) for pair in room.links.tolist()}
-    assert np.all(path.weights[1:] <= path.values[1:] * (1 + 1e-9))
+    assert np.all(path.weights[1:] > 0)
+    assert np.abs(np.diff(path.poses.turn)).max() <= HEAD_TURN + 1e-9
     assert path.distances[0] == 0
     if avoided == "visited":
         assert len(set(path.poses.place)) >= 10
@@ -113,3 +115,58 @@ def test_a_walk_goes_from_place_to_place(subject, room, avoided):
 def test_a_curve_through_the_pillar_is_blocked(subject, room):
     curve = np.linspace([2.5, 0.8, 1.6], [3.6, 0.8, 1.6], 20)
     assert is_blocked(subject, room, curve)
+
+
+def gallery():
+    """Return a room, 8 x 4 x 2.6, whose side walls have six pictures each, and the numbers of the pictures."""
+    parts = {"type": "scene", "shell": block([0, 0, 0], [8, 4, 2.6])}
+    for k in range(6):
+        x = 1 + 1.2 * k
+        parts[f"left_{k}"] = block([x - 0.3, 0.01, 1.2], [x + 0.3, 0.03, 1.9])
+        parts[f"right_{k}"] = block([x - 0.3, 3.97, 1.2], [x + 0.3, 3.99, 1.9])
+    subject = open_subject(mi.load_dict(parts, optimize=False), "shape")
+    return subject, [number for number, name in enumerate(subject.names) if name[:4] in ("left", "righ")]
+
+
+@pytest.mark.slow
+def test_a_person_looks_at_pictures_on_the_side_walls():
+    """A camera that does not know what is new goes on looking at the same few pictures."""
+    subject, pictures = gallery()
+    found = find_room(subject, UP, force=True)
+    value = value_inside(subject, found, "entropy", "most")
+    corner = np.linalg.norm(found.places[:, :2] - [1, 2], axis=1).argmin()
+    start = Pose(np.array([corner]), np.array([0.0]), np.array([0.0]))
+    well = {}
+    for memory in (None, Memory(subject, found)):
+        poses = walk(found, value, Rays(side=48), start, 60, "start", memory).poses
+        views = viewpoints_of(found, poses)
+        areas = np.concatenate([batch.areas for batch in projected_areas(subject, views, LENS, Rays(side=64))])
+        well[memory is not None] = int((areas[:, pictures].max(axis=0) > 0.02 * LENS.image_area).sum())
+        assert np.abs(np.diff(poses.turn)).max() <= HEAD_TURN + 1e-9
+    assert well[True] >= 6
+    assert well[True] > well[False] + 2
+
+
+@pytest.mark.parametrize("steps", [7, 30])
+def test_a_loop_ends_as_it_starts(subject, room, steps):
+    value = value_inside(subject, room, "entropy", "most")
+    start = all_poses(room)[500:501]
+    path = walk(room, value, Rays(side=24), start, steps, "visited", Memory(subject, room), is_loop=True)
+    assert path.poses.place[-1] == start.place[0]
+    assert len(set(path.poses.place)) > steps / 3
+    assert wrapped(path.poses.turn[-1] - start.turn[0]) == pytest.approx(0, abs=1e-6)
+    assert np.abs(np.diff(path.poses.turn)).max() <= HEAD_TURN + 1e-9
+    views = smooth_walk(subject, room, path.poses, 4 * steps, is_loop=True)
+    gaps = np.linalg.norm(np.diff(views.eyes, axis=0, append=views.eyes[:1]), axis=1)
+    assert gaps[-1] < 2 * gaps.max()
+    assert views.eyes[0] == pytest.approx(room.places[start.place[0]])
+
+
+def test_what_was_seen_is_not_new(subject, room):
+    memory, poses = Memory(subject, room), all_poses(room)[:40]
+    first = memory.new_share(poses)
+    assert set(first.round(6)) <= {0, 1}  # a view of a wall alone has no entropy
+    assert np.count_nonzero(first) >= 15
+    memory.remember(poses[:20])
+    assert memory.new_share(poses[:20]) == pytest.approx(np.zeros(20), abs=1e-6)
+    assert memory.new_share(poses[20:]).max() > 0.01

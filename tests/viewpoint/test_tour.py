@@ -115,3 +115,26 @@ def test_a_camera_that_passes_above_does_not_spin():
     basis = np.stack([views.right, views.up, -views.forward], axis=1)
     assert basis @ basis.transpose(0, 2, 1) == pytest.approx(np.broadcast_to(np.eye(3), (41, 3, 3)), abs=1e-9)
     assert np.linalg.det(basis) == pytest.approx(1)
+
+
+@pytest.mark.parametrize("avoided", ["start", "visited"])
+def test_a_loop_comes_back_and_is_no_way_there_and_back(avoided):
+    found = explore(same, [1, 0, 0], 40, STEP, avoided=avoided, is_loop=True).directions
+    assert sphere.angle(found[:-1], found[1:]).max() <= STEP * (1 + 1e-6)
+    assert found[-1] == pytest.approx(found[0])
+    assert sphere.angle(found, found[0]).max() > 0.6 * 40 * STEP / np.pi
+    apart = sphere.angle(found[1:15, None], found[None, 25:-1])
+    assert apart.min(axis=1).max() > 4 * STEP
+    frames = smooth(found, 80, is_loop=True)
+    around = np.concatenate([frames, frames[:1]])
+    gaps = sphere.angle(around[:-1], around[1:])
+    assert gaps.max() < 1.5 * gaps.mean()
+
+
+def test_around_a_loop_the_picture_does_not_jump():
+    turn = np.linspace(0, 2 * np.pi, 60, endpoint=False)
+    directions = sphere.normalised(np.stack([np.sin(turn), np.cos(turn), 0.7 + 0 * turn], axis=-1))
+    views = carried(np.zeros(3), 5, directions, UP, is_loop=True)
+    around = np.concatenate([views.up, views.up[:1]])
+    assert sphere.angle(around[:-1], around[1:]).max() < 0.2
+    assert np.abs(np.sum(views.up * views.forward, axis=1)).max() < 1e-12

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 if TYPE_CHECKING:
+    from tracer.radiosity.false_colours import Scale
     from tracer.radiosity.photometry import LitSurface
     from tracer.session.request import Request
 
@@ -28,8 +29,17 @@ class Wishes:
     """Files of patches."""
     logarithmic: bool
     """Whether the scale of false colours is logarithmic."""
+    ends: str | None
+    """Ends of the scale of false colours in lux, such as ``0,500``; None: those that suit the picture."""
     efficacy: float | None
     """Lumens in a unit of the scene's light; None: 683, as it is in watts."""
+
+    @property
+    def scale(self) -> Scale:
+        """The scale of false colours. Raises SettingsError for ends that it cannot have."""
+        from tracer.radiosity.false_colours import scale_of
+
+        return scale_of(self.logarithmic, self.ends)
 
     def check(self, output: Path | None, overwrite: bool) -> None:
         """Raise SettingsError for wishes that cannot be met, and OutputError for a file that cannot be written.
@@ -50,8 +60,10 @@ class Wishes:
             check_efficacy(self.efficacy)
             if not self.illuminance and not self.export:
                 raise SettingsError("--efficacy makes lux of light; add --illuminance or --export, or leave it out.")
-        if self.logarithmic and not any(path.suffix.lower() == ".png" for path in self.illuminance):
-            raise SettingsError("--logarithmic is the scale of false colours; add --illuminance with a .png file.")
+        option = "--logarithmic" if self.logarithmic else "--range" if self.ends is not None else ""
+        if option and not any(path.suffix.lower() == ".png" for path in self.illuminance):
+            raise SettingsError(f"{option} is the scale of false colours; add --illuminance with a .png file.")
+        _ = self.scale  # refuses what cannot be
         for path in self.illuminance:
             atomic.check_output(path, overwrite, illuminance_files.SUFFIXES)
         for path in self.export:
@@ -80,11 +92,11 @@ def write(wishes: Wishes, integrator: Any, request: Request, quiet: bool) -> boo
     for path in wishes.illuminance:
         if path not in pictures:
             illuminance_files.write_table(path, surfaces)
-    return not pictures or write_pictures(pictures, wishes.logarithmic, efficacy, integrator, request, quiet)
+    return not pictures or write_pictures(pictures, wishes.scale, efficacy, integrator, request, quiet)
 
 
 def write_pictures(
-    paths: list[Path], logarithmic: bool, efficacy: float, integrator: Any, request: Request, quiet: bool
+    paths: list[Path], scale: Scale, efficacy: float, integrator: Any, request: Request, quiet: bool
 ) -> bool:
     """Draw the illuminance that the camera sees, and write it; return whether all of its samples were drawn."""
     from tracer.cli.progress import watch
@@ -101,7 +113,7 @@ def write_pictures(
     lux = illuminance(result.rgb, efficacy)
     about = {**metadata(result, request.scene.scene_hash), "efficacy": efficacy}
     for path in paths:
-        illuminance_files.write_picture(path, lux, lit, logarithmic, result.window, about)
+        illuminance_files.write_picture(path, lux, lit, scale, result.window, about)
     return result.report.complete
 
 

@@ -48,6 +48,10 @@ def radiosity(
         typer.Option(help="Illuminance in lux: .png (false colours), .exr or .csv (by surface); may be repeated."),
     ] = None,
     logarithmic: Annotated[bool, typer.Option("--logarithmic", help="Make the scale of false colours so.")] = False,
+    ends: Annotated[
+        str | None,
+        typer.Option("--range", metavar="LEAST,MOST", help="Ends of the scale in lux, to compare pictures: 0,500."),
+    ] = None,
     efficacy: Annotated[
         float | None,
         typer.Option(help="Lumens in a unit of light: 1 for scenes in lumens. (683)", show_default=False),
@@ -99,7 +103,7 @@ def radiosity(
 
     if output is not None:
         atomic.check_output(output, overwrite)
-    wishes = lighting.Wishes(illuminance or [], export or [], logarithmic, efficacy)
+    wishes = lighting.Wishes(illuminance or [], export or [], logarithmic, ends, efficacy)
     wishes.check(output, overwrite)
     layer_choice = chosen_layers(layers)
     if patch is not None and not 0 < patch < float("inf"):

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from tracer.core.arrays import Floats, Mask
+from tracer.errors import SettingsError
 from tracer.io import atomic
 
 COLOURS = "viridis"
@@ -24,21 +26,51 @@ SCALE, MARGIN = 130, 16
 """Pixels beside the picture for the scale, and around it."""
 
 
-def write_false_colours(path: Path, lux: Floats, lit: Mask, logarithmic: bool = False) -> None:
+@dataclass(frozen=True)
+class Scale:
+    """How illuminance becomes colours."""
+
+    logarithmic: bool = False
+    ends: tuple[float, float] | None = None
+    """The least and the most in lux that colours tell apart, so that pictures can be compared; None: those of the
+    picture, see ``limits``."""
+
+
+AUTOMATIC = Scale()
+"""A linear scale that suits the picture."""
+
+
+def scale_of(logarithmic: bool, ends: str | None) -> Scale:
+    """Return the scale with the ends of a text such as ``0,500``. Raises SettingsError for another text."""
+    if ends is None:
+        return Scale(logarithmic)
+    try:
+        least, most = (float(number) for number in ends.split(","))
+    except ValueError:
+        raise SettingsError(f"A range is two numbers of lux such as 0,500, not '{ends}'.") from None
+    if not 0 <= least < most < float("inf"):
+        raise SettingsError(f"A range goes from at least 0 lux to more, such as 0,500; '{ends}' does not.")
+    if logarithmic and least == 0:
+        raise SettingsError(f"A logarithmic range begins above 0, as in 1,500; '{ends}' does not.")
+    return Scale(logarithmic, (least, most))
+
+
+def write_false_colours(path: Path, lux: Floats, lit: Mask, scale: Scale = AUTOMATIC) -> None:
     """Write illuminance (H, W) in lux as PNG in false colours, with a scale; ``lit`` (H, W): where there is any."""
-    figure = false_colours(lux, lit, logarithmic)
+    figure = false_colours(lux, lit, scale)
     with atomic.whole(path) as temporary:
         figure.savefig(temporary, dpi=DPI, format="png")
 
 
-def false_colours(lux: Floats, lit: Mask, logarithmic: bool = False) -> Any:
+def false_colours(lux: Floats, lit: Mask, scale: Scale = AUTOMATIC) -> Any:
     """Return the figure of ``write_false_colours``, a matplotlib figure."""
     import matplotlib
     from matplotlib.colors import LogNorm, Normalize
     from matplotlib.figure import Figure
     from matplotlib.ticker import EngFormatter, LogLocator, MaxNLocator
 
-    least, most = limits(lux[lit], logarithmic)
+    logarithmic = scale.logarithmic
+    least, most = scale.ends or limits(lux[lit], logarithmic)
     factor = max(1, -(-SHORTEST // lux.shape[0]))
     height, width = (factor * side for side in lux.shape)
     whole_width, whole_height = width + 3 * MARGIN + SCALE, height + 2 * MARGIN
@@ -55,7 +87,7 @@ def false_colours(lux: Floats, lit: Mask, logarithmic: bool = False) -> Any:
     bar = figure.add_axes(
         ((width + 2 * MARGIN) / whole_width, 3 * MARGIN / whole_height, 22 / whole_width, 1 - 6 * MARGIN / whole_height)
     )
-    below = bool(logarithmic and lit.any() and lux[lit].min() < least)
+    below = bool(least > 0 and lit.any() and lux[lit].min() < least)
     above = bool(lit.any() and lux[lit].max() > most)
     extend = {(True, True): "both", (True, False): "min", (False, True): "max", (False, False): "neither"}[below, above]
     ticks = LogLocator(subs=(1, 2, 5) if most < 300 * least else (1,)) if logarithmic else MaxNLocator(9)

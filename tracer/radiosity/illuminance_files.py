@@ -12,7 +12,7 @@ import numpy as np
 from tracer.core.arrays import Floats, Mask
 from tracer.io import atomic
 from tracer.io.exr import Window, write_exr
-from tracer.radiosity.false_colours import write_false_colours
+from tracer.radiosity.false_colours import Scale, write_false_colours
 from tracer.radiosity.photometry import LitSurface
 
 SUFFIXES = (".png", ".exr", ".csv")
@@ -21,16 +21,14 @@ TABLE = ".csv"
 """Suffix of a table by surface; the others are of pictures."""
 
 
-def write_picture(
-    path: Path, lux: Floats, lit: Mask, logarithmic: bool, window: Window, metadata: dict[str, Any]
-) -> None:
+def write_picture(path: Path, lux: Floats, lit: Mask, scale: Scale, window: Window, metadata: dict[str, Any]) -> None:
     """Write illuminance (H, W) in lux: a PNG in false colours, or an EXR with the channel Y. Raises WriteError.
 
-    ``lit`` (H, W): where a surface is seen; ``logarithmic``: the scale of false colours; ``window`` and ``metadata``:
+    ``lit`` (H, W): where a surface is seen; ``scale``: that of false colours; ``window`` and ``metadata``:
     for the EXR, see ``write_exr``.
     """
     if path.suffix.lower() == ".png":
-        write_false_colours(path, lux, lit, logarithmic)
+        write_false_colours(path, lux, lit, scale)
     else:
         values = np.where(lit, lux, 0)[..., None].astype(np.float32)
         write_exr(path, ["Y"], values, {"unit": "lux", **metadata}, window)

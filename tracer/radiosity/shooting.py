@@ -1,20 +1,23 @@
 """The radiosity of all patches by progressive shooting (the paper, section 4.2): the brightest send their light first.
 
 A step takes the patches with the most unsent power, which have half of all unsent power together, and sends their
-power along rays of about equal power. A ray of triangle T carries Phi Omega'_T / (pi n_T), so that a patch sends
-exactly its power Phi: all emitted power is absorbed, lost or still unsent, within the rounding of double precision.
+power along rays of about equal power, which leave from all over the patch. A ray of triangle T carries
+Phi Omega'_T / (pi n_T), so that a patch sends exactly its power Phi: all emitted power is absorbed, lost or still
+unsent, within the rounding of double precision.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 
 from tracer.core.arrays import Floats, Integers
-from tracer.core.device import upload
+from tracer.core.device import to_unit, upload
+from tracer.core.hashing import mix
 from tracer.errors import SceneError
 from tracer.progress import StepCallback
 from tracer.radiosity.direct import silent
@@ -25,11 +28,17 @@ from tracer.radiosity.hemisphere import MOST_RAYS, NOTHING
 from tracer.radiosity.lattice import Way, evenly, randomly
 from tracer.radiosity.paper import PaperRules
 from tracer.radiosity.patches import Patches, by_face
+from tracer.radiosity.placed_cells import cells_of_patches, placed_cells
 from tracer.radiosity.spread import RANDOMLY, Spread
 from tracer.radiosity.strata import Strata
 
 AT_ONCE = 0.5
 """Share of the unsent power that a step sends, at least."""
+STEPS = 0xC13FA9A9, 0x91E10DA5
+"""2^32 over the plastic number, and over its square: the steps of a sequence whose places fill a square evenly.
+
+M. Roberts, "The unreasonable effectiveness of quasirandom sequences" (2018).
+"""
 MOST_STEPS = 10_000
 """Largest number of steps of a solution."""
 
@@ -95,7 +104,7 @@ def shoot(
     absorbed, lost = np.zeros(3), np.zeros(3)
     grey = max(float(supplied.mean()), 1e-300)
     power_of_ray = grey / (rays * len(patches))
-    sent, steps = 0, 0
+    sent, steps, leave = 0, 0, Leaving(patches, groups)
     while unsent.sum() / 3 > residual * grey and steps < MOST_STEPS:
         left = float(unsent.sum() / 3 / grey)
         if steps >= HOPE and left > COARSE and steps * np.log(residual) / np.log(min(left, 1 - 1e-9)) > MOST_STEPS:
@@ -106,7 +115,7 @@ def shoot(
         on_step(f"step {steps}: {left:.1e} of the power left", int(100 * progress(left, residual)), 100)
         chosen = brightest(unsent.mean(axis=1))
         counts = np.minimum(np.ceil(unsent[chosen].mean(axis=1) / power_of_ray), MOST_RAYS).astype(np.int64)
-        arriving, missing = send(patches, groups, way, chosen, counts, unsent[chosen], seed + 1 + steps)
+        arriving, missing = send(patches, leave, way, chosen, counts, unsent[chosen], seed + 1 + steps)
         unsent[chosen] = 0
         received += arriving
         unsent += patches.albedo * arriving
@@ -154,8 +163,33 @@ def brightest(power: Floats) -> Integers:
     return chosen[power[chosen] > 0]
 
 
+class Leaving:
+    """Rays that leave patches from all over their triangles.
+
+    All rays from the middle would make a lamp of a large patch: what is near it would get the light of a point.
+    """
+
+    def __init__(self, patches: Patches, groups: Groups) -> None:
+        corners = placed_cells(patches)[0][cells_of_patches(patches)]
+        self.groups = groups
+        self.first_edge, self.second_edge = (upload(mi.Float, corners[:, k] - corners[:, 0]) for k in (1, 2))
+
+    def __call__(self, point: Any, ray_index: Any, local: Any, seed: int) -> Any:
+        """Return rays (mi.Ray3f) of patches (mi.UInt32) in local directions; ``ray_index``: number of the ray."""
+        ray = self.groups.leave(point, local)
+        bits = mix(point ^ mix(dr.opaque(mi.UInt32, (seed + 0x2545F491) & 0xFFFFFFFF)))
+        u, v = (to_unit(ray_index * step + key) for step, key in zip(STEPS, (bits, mix(bits)), strict=True))
+        place = mi.warp.square_to_uniform_triangle(mi.Point2f(u, v)) - 1 / 3
+        first, second = (
+            mi.Vector3f(*(dr.gather(mi.Float, edge, 3 * point + k) for k in range(3)))
+            for edge in (self.first_edge, self.second_edge)
+        )
+        ray.o += first * place.x + second * place.y
+        return ray
+
+
 def send(
-    patches: Patches, groups: Groups, way: Way, chosen: Integers, counts: Integers, power: Floats, seed: int
+    patches: Patches, leave: Leaving, way: Way, chosen: Integers, counts: Integers, power: Floats, seed: int
 ) -> tuple[Floats, Floats]:
     """Return the power that arrives at all patches (P, 3), and the power that misses them (3,).
 
@@ -175,8 +209,9 @@ def send(
             dr.gather(mi.UInt32, upload(mi.UInt32, values), lane)
             for values in (chosen[batch], counts[batch], ends[batch] - counts[batch] - before)
         )
-        local, weight = way(point, dr.arange(mi.UInt32, dr.width(lane)) - start, ray_count, seed)
-        hit = patches.find(groups.leave(point, local))
+        ray_index = dr.arange(mi.UInt32, dr.width(lane)) - start
+        local, weight = way(point, ray_index, ray_count, seed)
+        hit = patches.find(leave(point, ray_index, local, seed))
         weights = wide(weight)
         # The weights of a patch add up to pi only within single precision: scale their sum to 1.
         total = dr.zeros(wide, end - begin)

@@ -14,6 +14,7 @@ from tracer.core import threads
 from tracer.errors import SceneError
 from tracer.scene.load_errors import load_error
 from tracer.scene.mesh_defects import meshes_explained
+from tracer.scene.shape_names import name_after_files
 from tracer.scene.validate import require_faces, require_sources
 
 LOAD_ERRORS = (RuntimeError, ValueError, TypeError, MemoryError)
@@ -70,7 +71,8 @@ def load(source: Any, sampler: str | None = None, define: dict[str, str] | None 
     """Return the ``mi.Scene`` of a path or dictionary; an object is passed through. Raises SceneError.
 
     Meshes of one material are not merged, unlike by default in ``mi.load_file``, so that shapes can be told apart. This
-    renders as fast, but the picture may differ where faces of two meshes lie in one plane. ``sampler`` names a plugin
+    renders as fast, but the picture may differ where faces of two meshes lie in one plane. Meshes without an id in a
+    file are called after their own files. ``sampler`` names a plugin
     that takes the place of every sampler of the scene and keeps its sample count. ``define``: values of the
     $parameters of a file.
     """
@@ -82,6 +84,8 @@ def load(source: Any, sampler: str | None = None, define: dict[str, str] | None 
     config, state = parsed.config, parsed.state
     config.merge_meshes = False
     require_sources(describe(source), state)
+    if not isinstance(source, dict):
+        name_after_files(state.nodes)
     for node in state.nodes:
         if sampler is not None and node.type == mi.ObjectType.Sampler:
             node.props.set_plugin_name(sampler)

@@ -1,69 +1,40 @@
 """Read the meshes that people have, part by part: STL, OFF, glTF, 3MF, OBJ and PLY.
 
-The files are read by trimesh. A part is a node of glTF, an object of 3MF, or the faces of an OBJ file that share group
-and material; other formats have a single part.
+A part is a node of glTF, an object of 3MF, or the faces of an OBJ file that share group and material; other formats
+have a single part. Binary STL, and PLY without places in a texture, are read here, with all their attributes and in
+little memory; everything else is read by trimesh.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+import struct
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tracer.core.arrays import Floats, Integers, Singles
+from tracer.core.arrays import Floats, Integers
 from tracer.core.extras import require_package
+from tracer.core.sphere import normalised_or_zero
 from tracer.errors import SceneError
 from tracer.image.colour import decode_srgb
 from tracer.scene.mesh_defects import mesh_defect
-from tracer.scene.ply_polygons import read_polygons
+from tracer.scene.parts import Colour, Material, Part, own_names
+from tracer.scene.ply_mesh import PlyMesh, read_ply
+from tracer.scene.stl_mesh import read_stl
 
 SUFFIXES = (".ply", ".obj", ".stl", ".off", ".glb", ".gltf", ".3mf")
 """Files with these suffixes are meshes."""
-Colour = tuple[float, float, float]
-"""Red, green and blue, linear sRGB."""
-GREY: Colour = (0.5, 0.5, 0.5)
-"""Colour of a part whose file tells none, linear sRGB."""
 BLANK_SHAPE, BLANK_GREY = (2, 2), 102
 """Shape of the even picture, and the grey, that trimesh makes up for a mesh that has places in a texture alone."""
+FACES_AT_ONCE = 1 << 20
+"""Normals of this many faces are worked out at once."""
 MOST_HEADER = 1 << 16
 """Bytes within which the header of a PLY file ends."""
 FIRST_IS_ZERO = re.compile(rb"^[ \t]*f[ \t](?:[^\n]*[ \t])?0(?:[/ \t\r\n]|$)", re.MULTILINE)
 """A face of an OBJ file with the vertex 0; the first is 1."""
-DIGITS = 1e-4
-"""Lengths of this share of the distance from the origin must be told apart in single precision."""
-
-
-@dataclass(frozen=True, eq=False)
-class Material:
-    """What the file tells of a material."""
-
-    name: str = ""
-    colour: Colour = GREY
-    """Multiplies the texture, if there is one."""
-    texture: Singles | None = None
-    """(rows, columns, 3): encoded as sRGB, 0 to 1."""
-    metallic: float = 0.0
-    roughness: float = 1.0
-
-
-@dataclass(frozen=True, eq=False)
-class Part:
-    """Triangles of one material."""
-
-    name: str
-    vertices: Floats
-    """(N, 3): in world coordinates."""
-    faces: Integers
-    """(F, 3): vertices of each triangle."""
-    normals: Floats
-    """(N, 3): unit vectors; of the file, or the mean of the faces around each vertex."""
-    places: Floats | None
-    """(N, 2): places in the texture, from the lower left; None if there are none."""
-    material: Material
 
 
 def read_parts(path: Path) -> list[Part]:
@@ -74,33 +45,65 @@ def read_parts(path: Path) -> list[Part]:
         for package in ("lxml", "networkx"):
             require_package(package, package, f"'{path}' is a 3MF file, and reading it", "view")
     try:
-        geometries = geometries_of(path)
+        parts = parts_in(path)
+    except SceneError:
+        raise
     except Exception as error:  # whatever a damaged file makes a reader stumble over
         require_whole(path, None)
         reason = (str(error) or type(error).__name__).splitlines()[0]
         raise SceneError(f"'{path}' does not load as a mesh: {reason}; export it anew.") from None
+    return [replace(part, name=name) for part, name in zip(parts, own_names(parts), strict=True)]
+
+
+def parts_in(path: Path) -> list[Part]:
+    """Return the parts of a file. Raises SceneError, and errors of many kinds."""
+    own, has_places = own_part(path)
+    if own is not None and not has_places:
+        return [own]
+    try:
+        return parts_by_trimesh(path)
+    except Exception:  # of binary PLY files, trimesh reads those whose faces all have as many corners
+        if own is None:
+            raise
+        return [own]
+
+
+def own_part(path: Path) -> tuple[Part | None, bool]:
+    """Return what a PLY or binary STL file holds, and whether it has places in a texture, which are not read.
+
+    Returns None for what only trimesh may be able to read. Raises SceneError for faces or vertices that cannot be.
+    """
+    if path.suffix.lower() == ".stl":
+        stl = read_stl(path.read_bytes())
+        if stl is None:
+            return None, False
+        vertices = checked(path, stl[0].astype(np.float64), stl[1])
+        return Part(path.name, vertices, stl[1], None, None, Material()), False
+    try:
+        ply = read_ply(path.read_bytes()) if path.suffix.lower() == ".ply" else None
+    except (ValueError, IndexError, KeyError, struct.error):
+        return None, False
+    if ply is None or not len(ply.faces):
+        return None, False
+    vertices = checked(path, ply.vertices, ply.faces)
+    normals = corner_mean(vertices, ply.faces) if ply.normals is None else ply.normals
+    normals = safe_normals(normals, vertices, ply.faces)
+    return Part(path.name, vertices, ply.faces, normals, None, painted(ply), ply.attributes), ply.has_places
+
+
+def parts_by_trimesh(path: Path) -> list[Part]:
+    """Return the parts of a file as trimesh reads them. Raises SceneError, and errors of many kinds."""
+    import trimesh  # takes a while
+
+    groups = {"split_objects": True, "split_groups": True} if path.suffix.lower() == ".obj" else {}
+    geometries = list(trimesh.load_scene(path, process=False, **groups).dump())
     meshes = [geometry for geometry in geometries if hasattr(geometry, "faces") and len(geometry.faces)]
     require_whole(path, sum(len(mesh.faces) for mesh in meshes))
     if not meshes:
         point_count = sum(len(geometry.vertices) for geometry in geometries if hasattr(geometry, "vertices"))
         what = f"{point_count} points and no face" if point_count else "nothing to look at"
         raise SceneError(f"'{path}' holds {what}; export it as a surface.")
-    parts = [part_of(path, mesh, number) for number, mesh in enumerate(meshes)]
-    return [replace(part, name=name) for part, name in zip(parts, own_names(parts), strict=True)]
-
-
-def geometries_of(path: Path) -> list[Any]:
-    """Return what a file holds, as objects of trimesh. Raises errors of many kinds."""
-    import trimesh  # takes a while
-
-    groups = {"split_objects": True, "split_groups": True} if path.suffix.lower() == ".obj" else {}
-    try:
-        return list(trimesh.load_scene(path, process=False, **groups).dump())
-    except Exception:  # of binary PLY files, trimesh reads those whose faces all have as many corners
-        polygons = read_polygons(path.read_bytes()) if path.suffix.lower() == ".ply" else None
-        if polygons is None:
-            raise
-        return [trimesh.Trimesh(*polygons, process=False)]
+    return [part_of(path, mesh, number) for number, mesh in enumerate(meshes)]
 
 
 def require_whole(path: Path, face_count: int | None) -> None:
@@ -108,12 +111,12 @@ def require_whole(path: Path, face_count: int | None) -> None:
 
     ``face_count``: number of triangles that were read; None: the reader has given up.
     """
-    data = path.read_bytes()
     if path.suffix.lower() == ".ply":
-        declared = re.search(rb"^element face (\d+)", data[:MOST_HEADER], re.MULTILINE)
+        with path.open("rb") as file:
+            declared = re.search(rb"^element face (\d+)", file.read(MOST_HEADER), re.MULTILINE)
         is_whole = face_count is not None and declared is not None and 0 < int(declared[1]) <= face_count
     elif path.suffix.lower() == ".obj":
-        is_whole = bool(face_count) and not FIRST_IS_ZERO.search(data)
+        is_whole = bool(face_count) and not FIRST_IS_ZERO.search(path.read_bytes())
     else:
         return
     defect = None if is_whole else mesh_defect(path, path.suffix.lower()[1:])
@@ -123,7 +126,16 @@ def require_whole(path: Path, face_count: int | None) -> None:
 
 def part_of(path: Path, mesh: Any, number: int) -> Part:
     """Return a part from a mesh of trimesh. Raises SceneError if its faces or vertices cannot be."""
-    vertices, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
+    faces = np.asarray(mesh.faces, np.int64)
+    vertices = checked(path, np.asarray(mesh.vertices, np.float64), faces)
+    name = str(mesh.metadata.get("name") or mesh.metadata.get("node") or f"part {number}")
+    places = getattr(mesh.visual, "uv", None)
+    places = None if places is None or len(places) != len(vertices) else np.asarray(places, np.float64)[:, :2]
+    return Part(name, vertices, faces, safe_normals(mesh.vertex_normals, vertices, faces), places, material_of(mesh))
+
+
+def checked(path: Path, vertices: Floats, faces: Integers) -> Floats:
+    """Return the vertices, with those that no face uses at the place of one. Raises SceneError if they cannot be."""
     if faces.min() < 0 or faces.max() >= len(vertices):
         raise SceneError(
             f"'{path}' has faces that use vertex {faces.max()}, counted from 0, and only {len(vertices)} vertices; "
@@ -133,38 +145,37 @@ def part_of(path: Path, mesh: Any, number: int) -> Part:
     used[faces] = True
     if not np.all(np.isfinite(vertices[used])):
         raise SceneError(f"'{path}' has vertices whose coordinates are no numbers; export it anew.")
-    name = str(mesh.metadata.get("name") or mesh.metadata.get("node") or f"part {number}")
-    places = getattr(mesh.visual, "uv", None)
-    places = None if places is None or len(places) != len(vertices) else np.asarray(places, np.float64)[:, :2]
-    vertices = np.where(used[:, None], vertices, vertices[faces[0, 0]])
-    return Part(name, vertices, faces, safe_normals(mesh.vertex_normals, vertices, faces), places, material_of(mesh))
+    return vertices if used.all() else np.where(used[:, None], vertices, vertices[faces[0, 0]])
+
+
+def corner_mean(vertices: Floats, faces: Integers) -> Floats:
+    """Return the mean normals (N, 3) of the faces around each vertex, weighted by their angles there, of any length."""
+    normals = np.zeros(vertices.shape)
+    for first in range(0, len(faces), FACES_AT_ONCE):
+        some = faces[first : first + FACES_AT_ONCE]
+        edges = [normalised_or_zero(vertices[some[:, (k + 1) % 3]] - vertices[some[:, k]]) for k in range(3)]
+        across = normalised_or_zero(np.cross(edges[0], edges[1]))
+        for k in range(3):
+            angle = np.arccos(np.clip(-np.sum(edges[k] * edges[k - 1], axis=1), -1, 1))
+            for axis in range(3):
+                normals[:, axis] += np.bincount(some[:, k], angle * across[:, axis], len(vertices))
+    return normals
 
 
 def safe_normals(given: Any, vertices: Floats, faces: Integers) -> Floats:
     """Return unit normals (N, 3): those given, or that of a face around where there is none."""
     normals: Floats = np.array(given, np.float64)
-    a, b, c = vertices[faces].transpose(1, 0, 2)
-    across = np.cross(b - a, c - a)
     length = np.linalg.norm(normals, axis=1)
     lacking = ~np.isfinite(length) | (length < 1e-9)
     if lacking.any():
         some_face = np.zeros(len(vertices), np.int64)
         some_face[faces.reshape(-1)] = np.repeat(np.arange(len(faces)), 3)
-        normals[lacking] = across[some_face[lacking]]
+        a, b, c = vertices[faces[some_face[lacking]]].transpose(1, 0, 2)
+        normals[lacking] = np.cross(b - a, c - a)
         length = np.linalg.norm(normals, axis=1)
         normals[length == 0] = (0.0, 0.0, 1.0)  # all faces around have no area: no ray meets them
         length[length == 0] = 1.0
     return normals / length[:, None]
-
-
-def own_names(parts: list[Part]) -> list[str]:
-    """Return a name for each part that no other part has."""
-    seen: dict[str, int] = {}
-    names = []
-    for part in parts:
-        seen[part.name] = seen.get(part.name, 0) + 1
-        names.append(part.name if seen[part.name] == 1 else f"{part.name} {seen[part.name]}")
-    return names
 
 
 def material_of(mesh: Any) -> Material:
@@ -180,6 +191,15 @@ def material_of(mesh: Any) -> Material:
         return Material()
     name = str(getattr(material, "name", "") or "")
     return Material(name, colour_of(material, texture is not None), texture, *metal_of(material))
+
+
+def painted(ply: PlyMesh) -> Material:
+    """Return a material in the most frequent colour of the vertices, or else of the faces, of a PLY file."""
+    colours = ply.attributes.get("vertex_color", ply.attributes.get("face_color"))
+    if colours is None:
+        return Material()
+    different, counts = np.unique(colours[:, :3], axis=0, return_counts=True)
+    return Material(colour=linear(different[counts.argmax()] * (1 if colours.max() > 1 else 255)))
 
 
 def colour_of(material: Any, has_texture: bool) -> Colour:
@@ -213,22 +233,3 @@ def linear(encoded: Any) -> Colour:
     """Return the colour that is encoded as sRGB, 0 to 255."""
     red, green, blue = (float(value) for value in decode_srgb(np.asarray(encoded, np.float64)[:3] / 255))
     return red, green, blue
-
-
-def recentred(parts: list[Part]) -> tuple[list[Part], Floats]:
-    """Return parts near enough to the origin for single precision, and where their origin was (3,)."""
-    low = np.min([part.vertices.min(axis=0) for part in parts], axis=0)
-    high = np.max([part.vertices.max(axis=0) for part in parts], axis=0)
-    middle: Floats = (low + high) / 2
-    if np.abs(middle).max() * DIGITS <= np.linalg.norm(high - low):
-        return parts, np.zeros(3)
-    return [replace(part, vertices=part.vertices - middle) for part in parts], middle
-
-
-def content_of(parts: list[Part]) -> Iterator[bytes]:
-    """Yield all that decides what pictures of parts show, piece by piece."""
-    for part in parts:
-        material = part.material
-        yield repr((part.name, material.name, material.colour, material.metallic, material.roughness)).encode()
-        for array in (part.vertices, part.faces, part.normals, part.places, material.texture):
-            yield b"" if array is None else array.tobytes()

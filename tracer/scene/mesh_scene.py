@@ -9,7 +9,7 @@ import numpy as np
 
 from tracer.core.device import upload
 from tracer.image.colour import decode_srgb, encode_srgb
-from tracer.scene.mesh_files import Material, Part
+from tracer.scene.parts import Material, Part
 
 TAKEN = ("type", "id", "integrator", "sensor", "sky", "lamp")
 """Words that mean something else where a scene is described."""
@@ -69,17 +69,20 @@ def mesh_of(part: Part, bsdf: Any) -> Any:
         part.name,
         vertex_count=len(part.vertices),
         face_count=len(part.faces),
-        has_vertex_normals=True,
+        has_vertex_normals=part.normals is not None,
         has_vertex_texcoords=has_places,
         props=properties,
     )
     parameters = mi.traverse(mesh)
     parameters["vertex_positions"] = upload(mi.Float, part.vertices.ravel())
-    parameters["vertex_normals"] = upload(mi.Float, part.normals.ravel())
+    if part.normals is not None:
+        parameters["vertex_normals"] = upload(mi.Float, part.normals.ravel())
     if part.places is not None:
         # Mitsuba counts rows of a picture from above.
         flipped = np.column_stack([part.places[:, 0], 1 - part.places[:, 1]])
         parameters["vertex_texcoords"] = upload(mi.Float, flipped.ravel())
     parameters["faces"] = upload(mi.UInt32, part.faces.ravel())
     parameters.update()
+    for name, values in part.attributes.items():
+        mesh.add_attribute(name, values.shape[1], upload(mi.Float, values.ravel()))
     return mesh

@@ -1,13 +1,16 @@
 """Names of the shapes of a scene for a person: the id in the scene file, the name in ``mi.traverse``, or a number.
 
-Numbers count from 1 in the order of ``scene.shapes()``, as in the layer ``shape.Y``. A shape within a group has the
-group's name before its own, as in "tree.leaf". The name of the group stands for all shapes in it, and every instance of
-the group is a shape of its own.
+A mesh without an id is called after its file, as in many public scenes. Numbers count from 1 in the order of
+``scene.shapes()``, as in the layer ``shape.Y``. A shape within a group has the group's name before its own, as in
+"tree.leaf". The name of the group stands for all shapes in it, and every instance of the group is a shape of its own.
 """
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import PurePath
 from typing import Any
 
 import mitsuba as mi
@@ -23,6 +26,24 @@ MERGED = "Mesh"
 """Class of the shape that Mitsuba makes when it merges several meshes of one material."""
 HOW_TO_TELL_APART = " Meshes that Mitsuba has merged keep their names in a scene loaded with optimize=False."
 """Sentence at the end of a message about a scene with merged meshes."""
+
+
+def name_after_files(nodes: Iterable[Any]) -> None:
+    """Give each shape without an id the name of its file, before a scene is made of the nodes of a parser.
+
+    ``models/Chair.ply`` is called ``Chair``, or ``Chair 2`` if something else has the name already.
+    """
+    nodes = list(nodes)
+    taken = {node.props.id() for node in nodes}
+    for node in nodes:
+        file = node.props.get("filename")
+        if node.type != mi.ObjectType.Shape or node.props.id() or not isinstance(file, str):
+            continue
+        stem = PurePath(file.replace("\\", "/")).stem.replace(".", "_")
+        names = (stem if count == 1 else f"{stem} {count}" for count in itertools.count(1))
+        name = next(name for name in names if name not in taken)
+        node.props.set_id(name)
+        taken.add(name)
 
 
 @dataclass(frozen=True)

@@ -36,9 +36,14 @@ def require_film_maker(name: str) -> None:
 
 
 def write_film(path: Path, pictures: Sequence[Picture]) -> None:
-    """Write pictures, all of the same size, as a film that plays forwards and backwards; see ``require_film_maker``."""
+    """Write pictures, all of the same size, as a film; see ``require_film_maker`` for the names that it can have."""
     with atomic.whole(path) as temporary:
-        WRITERS[path.suffix.lower()](temporary, [*pictures, *pictures[-2:0:-1]])
+        WRITERS[path.suffix.lower()](temporary, pictures)
+
+
+def there_and_back(pictures: Sequence[Picture]) -> list[Picture]:
+    """Return pictures and then those between them backwards, so that a film that plays again has no jump."""
+    return [*pictures, *pictures[-2:0:-1]]
 
 
 def write_webp(path: Path, pictures: Sequence[Picture]) -> None:

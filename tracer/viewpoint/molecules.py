@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from tracer.core.arrays import Floats, Integers
 from tracer.errors import SettingsError
-from tracer.scene.mesh_files import DIGITS
+from tracer.scene.parts import DIGITS
 from tracer.viewpoint.atom_files import Atoms
 from tracer.viewpoint.balls_and_sticks import faces_of_ball, scene_of
 from tracer.viewpoint.elements import van_der_waals_radii

@@ -15,6 +15,7 @@ from tracer.scene import mesh_files
 from tracer.scene.fingerprint import digest
 from tracer.scene.loaded import LoadedScene
 from tracer.scene.mesh_scene import shapes_of
+from tracer.scene.parts import content_of, recentred
 from tracer.viewpoint.direction_measure import Gauge, Stand, stand
 from tracer.viewpoint.item_buffer import Rays
 from tracer.viewpoint.source import up_of_file
@@ -28,7 +29,7 @@ LOWEST, HIGHEST = np.sin(np.radians(5)), np.sin(np.radians(50))
 """Sines of the least and the largest height of the camera above the horizon: people look at things from there."""
 SKY, LAMP = 0.55, 9.0
 """Radiance of the grey sky, and of the lamp above the camera's left shoulder."""
-VERSION = b"showcase 1"
+VERSION = b"showcase 2"
 """Changes when other pictures are made of the same file, which a checkpoint must notice."""
 
 
@@ -47,14 +48,14 @@ def require_scene_file(source: Any) -> None:
 
 def showcase(path: Path) -> LoadedScene:
     """Return the scene of a mesh file. Raises SceneError."""
-    parts, _ = mesh_files.recentred(mesh_files.read_parts(path))
+    parts, _ = recentred(mesh_files.read_parts(path))
     shapes = shapes_of(parts)
     subject = open_subject(mi.load_dict({"type": "scene", **shapes}))
     place = stand(subject, up=up_of_file(path))
     direction = best_direction(Gauge(subject, place, Rays(side=SIDE), "entropy"), place.up)
     scene = {"type": "scene", "integrator": {"type": "path"}, **shapes}
     scene |= {**camera(place, direction), **lights(place, direction)}
-    return LoadedScene(path, {}, digest(VERSION, *mesh_files.content_of(parts)), mi.load_dict(scene))
+    return LoadedScene(path, {}, digest(VERSION, *content_of(parts)), mi.load_dict(scene))
 
 
 def best_direction(gauge: Gauge, up: Floats) -> Floats:

@@ -15,6 +15,7 @@ from tracer.scene import mesh_files
 from tracer.scene.load import LOAD_ERRORS, load
 from tracer.scene.load_errors import load_error
 from tracer.scene.mesh_scene import shapes_of
+from tracer.scene.parts import recentred
 from tracer.scene.validate import require_faces
 from tracer.viewpoint import atom_files
 from tracer.viewpoint.atom_source import Shown, open_atoms, open_pair_of_atoms
@@ -73,7 +74,7 @@ def open_scene_file(path: Path, counted: Counted) -> Opened:
     suffix = path.suffix.lower()
     kind = counted.surfaces or ("shape" if counted.groups else "face")
     if suffix in mesh_files.SUFFIXES:
-        parts, (x, y, z) = mesh_files.recentred(mesh_files.read_parts(path))
+        parts, (x, y, z) = recentred(mesh_files.read_parts(path))
         scene = mi.load_dict({"type": "scene", **shapes_of(parts)})
         origin = (float(x), float(y), float(z))
         return Opened(open_subject(scene, kind, patterns=counted.groups), up=up_of_file(path), origin=origin)

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from tracer.core.arrays import Floats
@@ -28,6 +29,8 @@ Avoided = Literal["start", "visited"]
 """What the camera keeps away from: the start, as in the paper's formula, or all visited places, as in its text."""
 RECENT = 3
 """The last places, so many steps back, are near however the camera moves, and so are not counted as visited."""
+WIDER = 1.2
+"""A loop is at most so many times as far from its start as the circle of the same length is at the same time."""
 FIRST_WAYS = 8
 """The first step may go in this many directions, evenly spaced around the start."""
 
@@ -56,11 +59,13 @@ def explore(
     step: float = np.radians(6.0),
     chord: bool = False,
     avoided: Avoided = "start",
+    is_loop: bool = False,
 ) -> Tour:
     """Return a tour of ``steps`` steps of ``step`` radians from ``start`` (3,).
 
     ``value`` maps directions (V, 3) to how good their views are (V,), at least 0. ``chord``: distances are measured
     through the sphere, as in the paper's drawing, instead of along it. ``avoided``: what the camera keeps away from.
+    ``is_loop``: whether it comes back to the start, on a way that is no more than ``WIDER`` times as wide as a circle.
     """
     places, values = [normalised(start)], [float(value(np.array([start]))[0])]
     weights = [values[0]]
@@ -68,6 +73,9 @@ def explore(
     for k in range(steps):
         here = places[-1]
         ways = ways_on(here, heading)
+        if is_loop:
+            ways = ways[leads_back(ways, here, places[0], step, steps - k - 1, steps)]
+            ways = ways if len(ways) else towards(here, places[0])[None]
         candidates = np.cos(step) * here + np.sin(step) * ways
         candidate_values = value(candidates)
         visited = np.array(places[:1] if avoided == "start" else places[: max(len(places) - RECENT, 1)])
@@ -82,7 +90,22 @@ def explore(
         places.append(normalised(candidates[best]))
         values.append(float(candidate_values[best]))
         weights.append(float(candidate_weights[best]))
+    if is_loop:
+        places[-1] = places[0]
     return Tour(np.array(places), np.array(values), np.array(weights))
+
+
+def leads_back(ways: Floats, here: Floats, start: Floats, step: float, left: int, steps: int) -> NDArray[np.bool_]:
+    """Return which ways (K, 3) stay as near to the start as a loop must, with ``left`` steps after the next one."""
+    distances = angle(np.cos(step) * here + np.sin(step) * ways, start)
+    circle = step * steps / np.pi * np.sin(np.pi * left / steps)
+    return np.asarray(distances <= np.minimum(WIDER * circle, step * left) + 1e-6)
+
+
+def towards(here: Floats, goal: Floats) -> Floats:
+    """Return the unit tangent (3,) of the sphere ``here`` that leads to a goal; any if both are the same."""
+    tangent = goal - np.dot(goal, here) * here
+    return frame(here)[0] if np.linalg.norm(tangent) < 1e-9 else normalised(tangent)
 
 
 def distances_from(places: Floats, candidates: Floats, chord: bool) -> Floats:
@@ -104,21 +127,32 @@ def ways_on(here: Floats, heading: Floats | None) -> Floats:
     return np.cos(turns)[:, None] * ahead + np.sin(turns)[:, None] * side
 
 
-def smooth(directions: Floats, frames: int) -> Floats:
-    """Return ``frames`` directions (frames, 3) on a smooth curve through ``directions``, evenly spaced in time."""
+def smooth(directions: Floats, frames: int, is_loop: bool = False) -> Floats:
+    """Return ``frames`` directions (frames, 3) on a smooth curve through ``directions``, evenly spaced in time.
+
+    Those of a loop, whose last direction is the first, end just before it.
+    """
     if len(directions) < 2:
         return np.repeat(directions[:1], frames, axis=0)
     knots = np.arange(len(directions))
-    return normalised(CubicSpline(knots, directions)(np.linspace(0, knots[-1], frames)))
+    curve = CubicSpline(knots, directions, bc_type="periodic" if is_loop else "not-a-knot")
+    return normalised(curve(np.linspace(0, knots[-1], frames, endpoint=not is_loop)))
 
 
-def carried(centre: Floats, distance: float, directions: Floats, up: Floats) -> Viewpoints:
+def carried(centre: Floats, distance: float, directions: Floats, up: Floats, is_loop: bool = False) -> Viewpoints:
     """Return viewpoints along a path on which the camera never rolls: each takes over the up of the one before.
 
-    If up were the same everywhere, the camera would spin where it looks nearly along it.
+    If up were the same everywhere, the camera would spin where it looks nearly along it. Around a loop, up has turned
+    when it is back; this turn is undone bit by bit.
     """
     ups = [frame(-directions[0], up)[1]]
     for direction in directions[1:]:
         ups.append(normalised(ups[-1] - np.dot(ups[-1], direction) * direction))
     upward = np.array(ups)
+    if is_loop:
+        back = normalised(upward[-1] - np.dot(upward[-1], directions[0]) * directions[0])
+        turned = np.arctan2(np.dot(np.cross(upward[0], back), directions[0]), np.dot(upward[0], back))
+        part = -turned * np.arange(len(ups)) / len(ups)
+        across = np.cross(directions, upward)
+        upward = np.cos(part)[:, None] * upward + np.sin(part)[:, None] * across
     return Viewpoints(centre + distance * directions, -directions, np.cross(-directions, upward), upward)

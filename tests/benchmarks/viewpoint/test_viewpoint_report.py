@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks import harness
-from benchmarks.viewpoint import report
+from benchmarks.viewpoint import large, report
 from benchmarks.viewpoint.lit import content, lit_views
 from benchmarks.viewpoint.page import lit_views as page_of_light
 from benchmarks.viewpoint.page import searches, view_sets
@@ -57,6 +57,8 @@ def test_the_report(public, tmp_path, monkeypatch):
     for name, value in small.items():
         monkeypatch.setattr(report, name, value)
     monkeypatch.setattr(report.measures, "names", lambda: ["entropy", "kullback_leibler", "curvature_entropy"])
+    monkeypatch.setattr(large, "FACES", 200)
+    monkeypatch.setattr(large, "FILES", {"a.ply": (large.write_ply, ("view best --level 2",))})
     out = tmp_path / "out"
     out.mkdir()
     steps = []
@@ -72,6 +74,7 @@ def test_the_report(public, tmp_path, monkeypatch):
         "Light",
         "Molecules",
         "Pictures",
+        "Large files",
     ]
     assert [done for _, done, _ in steps] == list(range(len(steps)))
     assert {total for _, _, total in steps} == {len(steps)}

@@ -30,8 +30,11 @@ def tour(
         ),
     ] = "start",
     frames: Annotated[int, basic("Pictures in it, 2 or more. (121)", Panel.FILM, metavar="N", min=2, max=10000)] = 121,
-    size: Annotated[int, basic("Width and height. (320)", Panel.FILM, metavar="PIXELS", min=16, max=4096)] = 320,
+    size: Annotated[int, basic("Width and height. (640)", Panel.FILM, metavar="PIXELS", min=16, max=4096)] = 640,
     film: Annotated[str, basic(".webp or .mp4 (H.264). (tour.webp)", Panel.FILM, metavar="FILE")] = "tour.webp",
+    loop: Annotated[
+        bool, basic("Come back to the start, in place of playing backwards.", Panel.FILM, name="--loop")
+    ] = False,
 ) -> None:
     """Explore with a camera that starts at the best view, and make a film.
 
@@ -52,7 +55,7 @@ def tour(
         raise OutputError(f"'{view.output}' has frames of another tour; choose another folder, or --overwrite.")
     require_film_maker(film)
     with common.view_context(view, (film, *report.FILES), may_be_inside=True) as context:
-        shown = report.Film(frames, size, film)
+        shown = report.Film(frames, size, film, loop)
         if context.room is None:
             lines = report.tour(context, measure, steps, step, shown, cast(Avoided, avoid))
         else:

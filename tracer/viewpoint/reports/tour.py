@@ -13,7 +13,7 @@ from tracer.io import atomic, exr
 from tracer.viewpoint import plots
 from tracer.viewpoint.camera import write_sensors
 from tracer.viewpoint.direction_measure import Gauge
-from tracer.viewpoint.films import require_film_maker, write_film
+from tracer.viewpoint.films import require_film_maker, there_and_back, write_film
 from tracer.viewpoint.item_buffer import Viewpoints
 from tracer.viewpoint.lens import Lens
 from tracer.viewpoint.reports.context import ViewContext, csv, name_direction, number, require_sight
@@ -32,11 +32,16 @@ LEVEL = 2
 
 @dataclass(frozen=True)
 class Film:
-    """How many pictures a film has, how many pixels wide they are, and its name, which decides its format."""
+    """What a film is like."""
 
     frames: int
+    """Number of pictures."""
     size: int
+    """Width and height in pixels."""
     name: str = FILM
+    """Its name decides its format."""
+    is_loop: bool = False
+    """Whether the camera comes back to where it started; otherwise the film plays forwards and backwards."""
 
 
 def tour(
@@ -55,7 +60,7 @@ def tour(
     require_sight(gauge.sighted)
     good = goodness(gauge, values)
     start = exhaustive_search(good, LEVEL, context.opened.axes).direction
-    path = explore(good, start, steps, np.radians(step), avoided=avoided)
+    path = explore(good, start, steps, np.radians(step), avoided=avoided, is_loop=film.is_loop)
     up = context.stand.up
     plots.sphere_plot(
         context.folder / "path.png",
@@ -64,10 +69,11 @@ def tour(
         triangles,
         [values],
         up,
-        smooth(path.directions, 12 * steps + 1),
+        smooth(path.directions, 12 * steps + 1, film.is_loop),
         [{"start": path.directions[0], "end": path.directions[-1]}],
     )
-    viewpoints = carried(context.stand.centre, context.stand.distance, smooth(path.directions, film.frames), up)
+    directions = smooth(path.directions, film.frames, film.is_loop)
+    viewpoints = carried(context.stand.centre, context.stand.distance, directions, up, film.is_loop)
     write_frames(context, viewpoints, film)
     write_sensors(context.folder / "cameras.xml", viewpoints, context.stand.lens, film.size, context.stand.clip)
     shown = gauge(path.directions)
@@ -89,7 +95,7 @@ def write_frames(context: ViewContext, viewpoints: Viewpoints, film: Film, lens:
         picture = context.pictures(viewpoints[k : k + 1], film.size, lens)[0]
         exr.write_png(context.folder / f"frame{k:04d}.png", picture)
         pictures.append(np.rint(np.clip(picture, 0, 1) * 255).astype(np.uint8))
-    write_film(context.folder / film.name, pictures)
+    write_film(context.folder / film.name, pictures if film.is_loop else there_and_back(pictures))
     for frame in context.folder.glob("frame[0-9][0-9][0-9][0-9].png"):
         if int(frame.stem[5:]) >= len(viewpoints):
             frame.unlink()  # left by a longer tour

@@ -11,6 +11,7 @@ from tracer.viewpoint.camera import write_sensors
 from tracer.viewpoint.films import require_film_maker
 from tracer.viewpoint.inside import LENS, Pose, best_inside, viewpoints_of
 from tracer.viewpoint.item_buffer import Rays
+from tracer.viewpoint.novelty import Memory
 from tracer.viewpoint.reports.context import ViewContext, csv, name_direction, number, require_sight
 from tracer.viewpoint.reports.floor_plan import empty_plan, flat, value_of_views
 from tracer.viewpoint.reports.tour import Film, write_frames
@@ -42,8 +43,9 @@ def tour_inside(
         found = value(pose, rays)
         return np.where(np.isfinite(found), np.maximum(found - (0.0 if preferred == "most" else worst), 0.0), 0.0)
 
-    path = walk(room, good, context.rays, start, steps, avoided)
-    viewpoints = smooth_walk(context.opened.subject, room, path.poses, film.frames)
+    subject = context.opened.subject
+    path = walk(room, good, context.rays, start, steps, avoided, Memory(subject, room), film.is_loop)
+    viewpoints = smooth_walk(subject, room, path.poses, film.frames, film.is_loop)
     draw_way(context, room, viewpoints.eyes, viewpoints.forward, f"{name}: {steps} steps inside")
     write_frames(context, viewpoints, film, LENS)
     write_sensors(context.folder / "cameras.xml", viewpoints, LENS, film.size)
