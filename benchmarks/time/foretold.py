@@ -21,7 +21,7 @@ from tracer.session.render import begun, complete
 from tracer.session.request import Request
 from tracer.settings import make_settings
 
-TURNS = 5
+TURNS = 3
 """Number of times that the samples of each allocation are drawn."""
 SEED, COUNTS_SEED = 21, 22
 """Seeds of the samples that are timed, and of the picture whose counts are drawn."""

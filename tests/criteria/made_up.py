@@ -32,7 +32,7 @@ def statistics_of(samples, name, channels=3):
             invalid=np.zeros((height, width), np.uint32),
             mean=exact.mean(axis=0).astype(np.float32),
             variance=exact.var(axis=0, ddof=min(number - 1, 1)).astype(np.float32),
-            rays=np.ones((height, width), np.float32),
+            work=np.ones((height, width), np.float32),
             moments=last(list(np.add.accumulate(np.array(moments, np.float32))[-1] / np.float32(number)))
             if asked
             else last([]),
