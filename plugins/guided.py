@@ -39,6 +39,7 @@ import mitsuba as mi
 
 from tracer.core.device import seed_number
 from tracer.errors import SettingsError
+from tracer.guiding.mis import power_heuristic
 from tracer.guiding.table import LightChances, LightTable
 from tracer.scene.view import open_scene
 from tracer.session.guidance import Terms, choose_by, learn_lights
@@ -222,13 +223,6 @@ class GuidedIntegrator(mi.SamplingIntegrator):
             f"GuidedIntegrator[\n  max_depth = {depth},\n  rr_depth = {self.rr_depth},\n"
             f"  hide_emitters = {self.hide_emitters},\n  guided = {self.table is not None}\n]"
         )
-
-
-def power_heuristic(density: mi.Float, other: mi.Float) -> mi.Float:
-    """Return the weight of a sample that another technique might have drawn (Veach 1997, eq. 9.13)."""
-    square = dr.square(density)
-    weight = square / (square + dr.square(other))
-    return dr.detach(dr.select(dr.isfinite(weight), weight, 0.0))
 
 
 @dr.syntax

@@ -14,6 +14,7 @@ import numpy as np
 from benchmarks.guiding.spherical_rectangle import SphericalRectangle, warped
 from tracer.core.arrays import Floats
 from tracer.core.device import to_host, upload
+from tracer.guiding.mis import power_heuristic
 from tracer.image import objective
 from tracer.sampling.samples import camera_rays, make_sampler
 from tracer.scene.view import View
@@ -134,11 +135,6 @@ def direct_light(view: View, lights: Lights, way: str, seed: int, spp: int) -> F
     brightness = dr.mean(mi.unpolarized_spectrum(ray_weight) * (by_light + by_material))
     brightness = dr.select(surface.is_valid() & dr.isfinite(brightness), brightness, 0.0)
     return to_host(brightness, (pixel_count, spp)).mean(axis=1, dtype=np.float64)
-
-
-def power_heuristic(density: Any, other: Any) -> Any:
-    """Return the weight (mi.Float) of a sample that another technique might have drawn (Veach 1997, eq. 9.13)."""
-    return dr.select(density > 0, dr.rcp(1 + dr.square(other / density)), 0.0)
 
 
 @dataclass(frozen=True)

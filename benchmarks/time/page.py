@@ -24,7 +24,7 @@ def to_page(numbers: dict[str, Any]) -> str:
     rows = [Row(**row) for row in all_rows if "parts" in row]
     first = [row for row in all_rows if "opening" in row]
     alone = [row for row in all_rows if "shared" in row]
-    foretold = [row for row in all_rows if "work" in row]
+    predicted = [row for row in all_rows if "work" in row]
     introduction = f"""
 {harness.written_by("time")}, on {numbers["machine"]}: median of
 {TURNS} pictures in every way, in turn, by seconds of the processor unless a table says otherwise. Scenes whose pictures
@@ -50,12 +50,12 @@ As above, for the largest size at {cases.LARGE_SPP} spp, too. GiB: most memory t
 
 {parts_table([row for row in rows if row.width != cases.WIDTH and row.way == "fused" and row.threads == threads])}""",
         "Counted work": f"""
-How well the work that is counted (`tracer/sampling/work.py`) foretells the time of drawing: the samples of an adaptive
+How well the work that is counted (`tracer/sampling/work.py`) predicts the time of drawing: the samples of an adaptive
 picture are drawn at once and added to nothing, in turn with as many uniform ones. Units of work of a uniform sample,
 nanoseconds of the processor for each; the time of adaptive over that of uniform samples, [least, most] of the turns;
-the same as foretold, and foretold over measured.
+the same as predicted, and predicted over measured.
 
-{foretold_table(foretold)}""",
+{predicted_table(predicted)}""",
         "One thread": f"""
 As in the first table, with one thread at {cases.LARGE_SPP} spp.
 
@@ -129,12 +129,12 @@ def parts_table(rows: Sequence[Row]) -> str:
     return markdown_table(["scene", "size", "spp", "s", *PARTS, "GiB"], lines)
 
 
-def foretold_table(rows: Sequence[dict[str, Any]]) -> str:
-    """Return the table of foretold and measured times."""
+def predicted_table(rows: Sequence[dict[str, Any]]) -> str:
+    """Return the table of predicted and measured times."""
     lines = []
     for row in rows:
         seconds, work = row["drawing_seconds"], row["work"]
-        foretold = work["fused"] / work["uniform"]
+        predicted = work["fused"] / work["uniform"]
         measured = float(np.median(np.asarray(seconds["fused"]) / np.asarray(seconds["uniform"])))
         lines.append(
             [
@@ -144,11 +144,11 @@ def foretold_table(rows: Sequence[dict[str, Any]]) -> str:
                 f"{work['uniform'] / row['samples']:.1f}",
                 f"{1e9 * float(np.median(seconds['uniform'])) / work['uniform']:.0f}",
                 over(seconds["fused"], seconds["uniform"]),
-                f"{foretold:.2f}",
-                f"{foretold / measured:.2f}",
+                f"{predicted:.2f}",
+                f"{predicted / measured:.2f}",
             ]
         )
-    headings = ["scene", "size", "spp", "units", "ns", "fused / uniform", "foretold", "foretold / measured"]
+    headings = ["scene", "size", "spp", "units", "ns", "fused / uniform", "predicted", "predicted / measured"]
     return markdown_table(headings, lines)
 
 

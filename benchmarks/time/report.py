@@ -15,9 +15,9 @@ from benchmarks.time import cases
 from benchmarks.time.alone import alone_rows
 from benchmarks.time.first_call import WAYS as FIRST_WAYS
 from benchmarks.time.first_call import first_call
-from benchmarks.time.foretold import foretold_rows
 from benchmarks.time.measure import Case, measure
 from benchmarks.time.page import to_page
+from benchmarks.time.predicted import predicted_rows
 from tracer.core import backend
 from tracer.errors import SettingsError
 from tracer.progress import StepCallback
@@ -41,7 +41,7 @@ def report(folder: Path, progress: StepCallback, public: Path, resume: bool = Fa
         steps |= {str(case): partial(case_rows, case, measured) for case in cases.all_cases(paths)}
         for name, path in paths.items():
             if name not in cases.DEAREST:
-                steps[f"{name}: counted work"] = partial(foretold_rows, name, path, cases.WIDTH, cases.LARGE_SPP)
+                steps[f"{name}: counted work"] = partial(predicted_rows, name, path, cases.WIDTH, cases.LARGE_SPP)
         for name in cases.SIZED[:2]:
             for spp in cases.SCALED_SPPS:
                 step = f"{name}, {cases.SCALED_SIZE[0]} x {cases.SCALED_SIZE[1]}, {spp} spp: what threads share"

@@ -5,7 +5,7 @@ of them needs is computed for all, and all wait for the longest path. From the s
 left those of their neighbours, meet other shapes and materials, and are traced one by one.
 
 The weights were fitted to seconds of drawing in 15 scenes of 3 to 1292 shapes, which take 3 to 22 units a sample: the
-time of adaptive counts over that of uniform ones, 0.98 to 1.62, was foretold within 4 %, and within 7 % for a scene
+time of adaptive counts over that of uniform ones, 0.98 to 1.62, was predicted within 4 %, and within 7 % for a scene
 left out of the fit. In ``results/time`` it is within 10 % on all 19 scenes. A unit took 36 to 259 ns.
 """
 

@@ -1,4 +1,4 @@
-"""Whether the work that is counted foretells the time: adaptive counts against uniform ones, drawn in turn."""
+"""Whether the work that is counted predicts the time: adaptive counts against uniform ones, drawn in turn."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SEED, COUNTS_SEED = 21, 22
 """Seeds of the samples that are timed, and of the picture whose counts are drawn."""
 
 
-def foretold_rows(scene: str, path: Path, size: Size, spp: int) -> list[dict[str, Any]]:
+def predicted_rows(scene: str, path: Path, size: Size, spp: int) -> list[dict[str, Any]]:
     """Return one row: seconds of the processor and work of uniform and of adaptive counts, nothing else done."""
     with open_ways(path, size, ()) as (view, _):
         height, width = view.size
