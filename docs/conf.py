@@ -43,6 +43,10 @@ templates_path: list[str] = []
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 suppress_warnings = ["myst.header"]  # tables of results begin below a line, not below a title
+if tags.has("links"):  # noqa: F821  # type: ignore[name-defined]
+    # Texts that are no pages of the site have links to follow, too.
+    include_patterns += ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md"]
+    suppress_warnings += ["toc.not_included", "myst.xref_missing"]
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 300

@@ -23,6 +23,8 @@ def require_same_mean(scene, integrator=None, spp=64):
     """Fail if pictures of ``scene`` surely have another mean with what was learned than without.
 
     ``integrator`` takes the place of the scene's, which must be ``path``; ``spp``: samples per pixel of each picture.
+    Return the score of the brightness of whole pictures, normal if the means are the same, for
+    ``require_same_brightness``.
     """
     with open_scene(scene, 0, integrator, SIZE) as opened, learning_in_any_case() as patch:
         view = guidance.guided_view(opened)
@@ -37,6 +39,31 @@ def require_same_mean(scene, integrator=None, spp=64):
     scores = (mine.mean(axis=0) - theirs.mean(axis=0)) / np.maximum(error, 1e-5)
     per_value = 1 - (1 - FALSE_ALARM) ** (1 / scores.size)
     assert abs(scores).max() < stats.t.ppf(1 - per_value / 2, PICTURES - 1)
+    return normal_score(brightness(mine), brightness(theirs))
+
+
+def require_same_brightness(scores):
+    """Fail if many cases together are surely brighter or darker with what was learned (Stouffer's sum of scores).
+
+    A case alone misses an error of 2 % of the brightness more often than it finds it; together they find it.
+    """
+    assert abs(together(scores)) < stats.norm.isf(FALSE_ALARM / 2)
+
+
+def together(scores):
+    """Return the sum of independent normal scores, scaled to be normal itself."""
+    return np.sum(scores) / np.sqrt(len(scores))
+
+
+def normal_score(mine, theirs):
+    """Return the score of the difference of two means, (PICTURES,) values each: normal if there is none."""
+    score, probability = stats.ttest_ind(mine, theirs)
+    return np.sign(score) * stats.norm.isf(probability / 2)
+
+
+def brightness(pictures):
+    """Return the brightness of each whole picture, (PICTURES,), from what ``means`` returns of each."""
+    return pictures[:, -1].mean(axis=-1)
 
 
 @contextmanager

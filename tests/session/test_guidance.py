@@ -103,8 +103,8 @@ def test_a_small_picture_of_few_lights_is_not_worth_a_look():
         (("point", "sphere"), 64, {}, False),  # to look would be felt
         (("point", "sphere"), 1280, {}, True),
         (("point", "sphere"), 1280, {"spp": 16}, False),
-        (LAMPS, 320, {}, True),  # there is much to be gained
-        (LAMPS, 64, {}, False),
+        (LAMPS, 256, {}, True),  # there is much to be gained
+        (LAMPS, 192, {}, False),
         ((), 1280, {}, False),
         (("point", "sphere"), 1280, {"guide": False}, False),
         (LAMPS, 320, {"guide": False}, False),
