@@ -211,36 +211,39 @@ def view_context(
     from tracer.io.atomic import prepare_folder
 
     require_sensible(view)
-    backend.activate()
-    from tracer.viewpoint.direction_measure import stand
-    from tracer.viewpoint.item_buffer import Rays
-    from tracer.viewpoint.rendered import require_light
-    from tracer.viewpoint.reports.context import ViewContext
-    from tracer.viewpoint.source import open_pair_of_files, open_source
+    with steps(view.quiet) as progress:
+        progress.begin("Starting Mitsuba")
+        backend.activate()
+        from tracer.viewpoint.direction_measure import stand
+        from tracer.viewpoint.item_buffer import Rays
+        from tracer.viewpoint.rendered import require_light
+        from tracer.viewpoint.reports.context import ViewContext
+        from tracer.viewpoint.source import open_pair_of_files, open_source
 
-    pair = None
-    if other is None:
-        opened = open_source(view.source, counted_of(view), shown_of(view))
-    else:
-        require_unset(view, "side", "random", "distance", "centre", "orthographic", "inside")
-        opened, pair = open_pair_of_files(view.source, other, counted_of(view), shown_of(view))
-    if view.spp:
-        require_light(opened.subject)
-    parallel = opened.orthographic if view.orthographic is None else view.orthographic
-    centre: Any = None if view.centre is None else np.array(view.centre) - opened.origin
-    standpoint = stand(opened.subject, view.distance, centre, view.up or opened.up, parallel)
-    room = room_of(view, opened, standpoint) if may_be_inside and pair is None else None
-    folder_is_new = not view.output.exists()
-    prepare_folder(view.output, view.overwrite, results)
-    for remark in () if view.quiet else opened.remarks:
-        typer.echo(remark)
-    try:
-        with steps(view.quiet) as progress:
+        progress.begin(f"Opening {view.source.name}")
+        pair = None
+        if other is None:
+            opened = open_source(view.source, counted_of(view), shown_of(view))
+        else:
+            require_unset(view, "side", "random", "distance", "centre", "orthographic", "inside")
+            opened, pair = open_pair_of_files(view.source, other, counted_of(view), shown_of(view))
+        if view.spp:
+            require_light(opened.subject)
+        parallel = opened.orthographic if view.orthographic is None else view.orthographic
+        centre: Any = None if view.centre is None else np.array(view.centre) - opened.origin
+        standpoint = stand(opened.subject, view.distance, centre, view.up or opened.up, parallel)
+        room = room_of(view, opened, standpoint) if may_be_inside and pair is None else None
+        folder_is_new = not view.output.exists()
+        prepare_folder(view.output, view.overwrite, results)
+        progress.clear()
+        for remark in () if view.quiet else opened.remarks:
+            typer.echo(remark)
+        try:
             rays = Rays(random=view.random) if view.random else Rays(side=view.side)
             yield ViewContext(opened, standpoint, rays, view.background, view.output, progress, view.spp, room, pair)
-    finally:
-        if folder_is_new and view.output.is_dir() and not any(view.output.iterdir()):
-            view.output.rmdir()  # the command failed before it wrote anything
+        finally:
+            if folder_is_new and view.output.is_dir() and not any(view.output.iterdir()):
+                view.output.rmdir()  # the command failed before it wrote anything
 
 
 def require_unset(view: ViewOptions, *names: str) -> None:
