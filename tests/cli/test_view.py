@@ -75,6 +75,16 @@ def test_some_measures_of_surfaces_of_a_kind(scene, tmp_path):
     assert values <= {1, 2}
 
 
+@pytest.mark.parametrize("more", [["--weight", "ball=5"], ["--by-light"]])
+def test_all_measures_that_weights_allow(more, scene, tmp_path, monkeypatch):
+    monkeypatch.setattr("tracer.viewpoint.reports.measure.SHOWN", 1)  # to draw takes longest
+    names = ["curvature_entropy", "depth_stability", "maximum_depth", "visible"]
+    monkeypatch.setattr("tracer.viewpoint.measures.names", lambda: names)
+    call("measure", scene, "-o", tmp_path / "out", "--level", 0, *more, *FEW)
+    with open(tmp_path / "out" / "views.csv", newline="") as file:
+        assert set(next(csv.DictReader(file))) == {"x", "y", "z", "visible"}
+
+
 def test_best_writes_a_camera_that_mitsuba_sees_the_same_with(scene, tmp_path):
     said = call("best", scene, "-o", tmp_path / "out", "--level", 1, "--side", 64)
     assert all(search in said for search in ("paper", "octants", "exhaustive"))

@@ -27,9 +27,11 @@ def measure(
 
     names = [known.get(name).name for name in measures or []]
     with common.view_context(view, report.FILES) as context:
-        without_mesh = not len(context.opened.subject.mesh.triangles)
-        unmet_needs = ({"vertices", "saliency"} if without_mesh else set()) | ({"picture"} if view.random else set())
-        unmet_needs |= set() if context.opened.subject.areas_known else {"areas"}
+        subject = context.opened.subject
+        unmet_needs = set() if len(subject.mesh.triangles) else {"vertices", "saliency"}
+        unmet_needs |= {"picture"} if view.random else set()
+        unmet_needs |= {"picture", "vertices"} if subject.is_weighted else set()
+        unmet_needs |= set() if subject.areas_known else {"areas"}
         names = names or [name for name in known.names() if not unmet_needs & set(known.get(name).needs)]
         lines = report.measure(context, names, level)
     if not view.quiet:
