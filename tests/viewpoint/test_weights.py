@@ -9,11 +9,13 @@ import pytest
 from tracer.core import sphere
 from tracer.errors import SettingsError
 from tracer.viewpoint import measures
+from tracer.viewpoint.atom_files import Atoms
 from tracer.viewpoint.channel import new_channel
 from tracer.viewpoint.cover import cover, divergence_of
 from tracer.viewpoint.fast import estimate_entropy
 from tracer.viewpoint.item_buffer import Rays, around, projected_areas
 from tracer.viewpoint.lens import Perspective
+from tracer.viewpoint.molecules import open_molecule
 from tracer.viewpoint.observation import sight_of
 from tracer.viewpoint.surfaces import open_subject
 from tracer.viewpoint.survey import survey
@@ -157,6 +159,55 @@ def test_faces_have_the_names_of_their_shapes():
     parts = {"one": {"type": "cube"}, "two": {"type": "sphere", "center": [3, 0, 0]}}
     subject = weighted(open_subject(mi.load_dict({"type": "scene", **parts})), {"two": 7})
     assert sorted(subject.weights.tolist()) == [1] * 12 + [7]
+
+
+def furniture():
+    """Return a scene of a lamp and two chairs, one of which is of the material of the lamp."""
+    turn = mi.ScalarTransform4f().translate
+    white = {"type": "diffuse", "id": "white"}
+    parts = {
+        "lamp_1": {"type": "sphere", "bsdf": {"type": "ref", "id": "white"}},
+        "lamp_2": {"type": "cube", "to_world": turn([9, 0, 0]), "bsdf": {"type": "diffuse", "id": "brass"}},
+        "chair_1": {"type": "cube", "to_world": turn([3, 0, 0]), "bsdf": {"type": "ref", "id": "white"}},
+        "chair_2": {"type": "cube", "to_world": turn([6, 0, 0]), "bsdf": {"type": "diffuse", "id": "oak"}},
+    }
+    return mi.load_dict({"type": "scene", "white": white, **parts}, optimize=False)
+
+
+def weights_by(subject, pattern):
+    """Return the weights of the surfaces, sorted, after those that a pattern names have the weight 5."""
+    return sorted(weighted(subject, {pattern: 5}).weights.tolist())
+
+
+def test_shapes_are_weighed_by_name_whatever_the_surfaces_are():
+    scene = furniture()
+    assert weights_by(open_subject(scene, "face"), "lamp*") == [1] * 24 + [5] * 13
+    assert weights_by(open_subject(scene, "face", patterns=["chair*"]), "lamp*") == [1] + [5] * 13
+    assert weights_by(open_subject(scene, "face", patterns=["chair*"]), "chair_?") == [1] * 13 + [5]
+    assert weights_by(open_subject(scene, "shape", patterns=["lamp*"]), "chair_1") == [1, 1, 5]
+    assert weights_by(open_subject(scene, "bsdf"), "chair_2") == [1, 1, 5]
+    assert weights_by(open_subject(scene, "bsdf"), "oak") == [1, 1, 5]
+    assert weights_by(open_subject(scene, "bsdf"), "*") == [5, 5, 5]
+    assert weights_by(open_subject(scene, "bsdf").with_sides(), "chair_2") == [1, 1, 1, 1, 5, 5]
+
+
+def test_faces_of_an_attribute_are_weighed_by_their_shape():
+    mesh = mi.Mesh("plate", 3, 1)
+    parameters = mi.traverse(mesh)
+    parameters["vertex_positions"] = np.array([0, 0, 0, 1, 0, 0, 0, 1, 0], np.float32)
+    parameters["faces"] = np.array([0, 1, 2], np.uint32)
+    parameters.update()
+    mesh.add_attribute("face_part", 1, [4.0])
+    scene = mi.load_dict({"type": "scene", "plate": mesh, "lamp": {"type": "sphere"}})
+    subject = weighted(open_subject(scene, "face_part"), {"lamp": 7})
+    assert dict(zip(subject.names, subject.weights, strict=True)) == {"face_part 4": 1, "without": 7}
+
+
+def test_a_part_of_a_surface_is_not_weighed():
+    with pytest.raises(SettingsError, match="'lamp\\*' matches some of the shapes of the surface 'white'"):
+        weighted(open_subject(furniture(), "bsdf"), {"lamp*": 5})
+    with pytest.raises(SettingsError, match="Nothing is called 'balls'"):
+        weighted(open_molecule(Atoms(["C", "O"], np.array([[0.0, 0, 0], [1, 0, 0]]))), {"balls": 2})
 
 
 def test_weights_are_read_from_text():
