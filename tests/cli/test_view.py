@@ -337,6 +337,15 @@ def test_a_room_is_looked_at_from_inside(interior, tmp_path):
     assert not (tmp_path / "none").exists()
 
 
+@pytest.mark.parametrize(("command", "more"), [("measure", ["-m", "visible"]), ("cover", [])])
+def test_that_a_room_is_looked_at_from_outside_is_said(command, more, interior, scene, tmp_path):
+    few = ["--level", 0, "--side", 32, "--surfaces", "shape", *more]
+    sentence = "The scene is a room, and is looked at from outside here"
+    assert call(command, interior, "-o", tmp_path / "room", *few).count(sentence) == 1
+    assert sentence not in call(command, interior, "-o", tmp_path / "far", "--distance", 20, *few)
+    assert sentence not in call(command, scene, "-o", tmp_path / "thing", *few)
+
+
 def test_a_tour_inside(interior, tmp_path):
     few = ["--steps", 3, "--frames", 4, "--size", 32]
     call("tour", interior, "--surfaces", "shape", "-o", tmp_path / "tour", *few, *FEW)

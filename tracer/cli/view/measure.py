@@ -27,7 +27,7 @@ def measure(
     from tracer.viewpoint.survey import unmet_needs
 
     names = [known.get(name).name for name in measures or []]
-    with common.view_context(view, report.FILES) as context:
+    with common.view_context(view, report.FILES, from_outside=True) as context:
         unmet = unmet_needs(context.opened.subject) | ({"picture"} if view.random else set())
         names = names or [name for name in known.names() if not unmet & set(known.get(name).needs)]
         lines = report.measure(context, names, level)
