@@ -278,7 +278,7 @@ def own_map(context: ViewContext) -> None:
 
 DRAWINGS: dict[str, tuple[str, Callable[[ViewContext], object]]] = {
     "measures-bunny": ("bunny.ply", lambda context: measure(context, SHOWN_MEASURES, 2)),
-    "tour-spot": ("spot.obj", lambda context: tour(context, "entropy", 40, 6.0, Film(81, 200))),
+    "tour-spot": ("spot.obj", lambda context: tour(context, "entropy", 40, 6.0, Film(71, 640))),
     "map-staircase2": ("staircase2", own_map),
     "cover-teapot": ("teapot.ply", lambda context: cover_report(context, 2, 0.5, "entropy", None, 0.98)),
 }
