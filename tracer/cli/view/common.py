@@ -197,12 +197,17 @@ def shown_of(view: ViewOptions) -> Shown:
 
 @contextmanager
 def view_context(
-    view: ViewOptions, results: tuple[str, ...], other: Path | None = None, may_be_inside: bool = False
+    view: ViewOptions,
+    results: tuple[str, ...],
+    other: Path | None = None,
+    may_be_inside: bool = False,
+    from_outside: bool = False,
 ) -> Iterator[ViewContext]:
     """Check the options, open the source, and yield the context of a report, while a progress bar is shown.
 
     ``results``: names of the files that will be written. ``other``: the molecule from whose surface the source is seen.
-    ``may_be_inside``: whether a room is looked at from inside. Raises SettingsError, SceneError or OutputError.
+    ``may_be_inside``: whether a room is looked at from inside. ``from_outside``: whether a person is told that a room
+    is looked at from outside. Raises SettingsError, SceneError or OutputError.
     """
     import numpy as np
 
@@ -236,6 +241,8 @@ def view_context(
         folder_is_new = not view.output.exists()
         prepare_folder(view.output, view.overwrite, results)
         progress.clear()
+        if from_outside and not view.quiet:
+            tell_of_room(view, opened)
         for remark in () if view.quiet else opened.remarks:
             typer.echo(remark)
         try:
@@ -278,7 +285,7 @@ def room_of(view: ViewOptions, opened: Opened, standpoint: Stand) -> Room | None
     from tracer.errors import SceneError, SettingsError
     from tracer.viewpoint.room import find_room
 
-    outside = view.distance is not None or view.centre is not None or view.orthographic is not None
+    outside = stands_outside(view)
     if view.inside is False or (view.inside is None and (outside or opened.orthographic)):
         return None
     if view.inside and outside:
@@ -294,3 +301,16 @@ def room_of(view: ViewOptions, opened: Opened, standpoint: Stand) -> Room | None
             "stand; --outside looks at it from outside."
         )
     return room
+
+
+def stands_outside(view: ViewOptions) -> bool:
+    """Return whether the options say where to stand, as is done from outside alone."""
+    return view.distance is not None or view.centre is not None or view.orthographic is not None
+
+
+def tell_of_room(view: ViewOptions, opened: Opened) -> None:
+    """Tell the person that a room is looked at from outside, by a command that cannot do else."""
+    from tracer.viewpoint.room import has_camera_inside
+
+    if not stands_outside(view) and not opened.orthographic and has_camera_inside(opened.subject):
+        typer.echo("The scene is a room, and is looked at from outside here; view best and view tour look from inside.")
