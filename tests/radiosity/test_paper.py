@@ -169,6 +169,8 @@ def test_light_that_the_rules_make_without_end_is_told_of():
     [
         (("odd", "gathering"), "spread is one of"),
         (("guided", "shooting"), "cannot be guided"),
+        (("evenly", "paper"), "'paper' is a way to spread rays: spread=paper"),
+        (("evenly", "odd"), "method is one of gathering, shooting, not 'odd'."),
         (("evenly", "gathering", 0.5), "are for the paper's rules"),
         (("paper", "gathering", -1.0), "must not be negative"),
         (("paper", "gathering", None, 5), "from 0 to 4"),
