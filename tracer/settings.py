@@ -30,7 +30,17 @@ MOST_WEIGHT = 1e6
 
 
 class Settings(BaseModel):
-    """Settings of a render. The parameters of the plugin ``adaptive`` have the same names."""
+    """Settings of a render, checked: keywords of ``tracer.render``, with defaults. A result's report has those it used.
+
+    The parameters of the plugin ``adaptive`` have the same names. ``tracer.render`` raises SettingsError for values
+    that are out of range; this class itself raises ``pydantic.ValidationError``.
+
+    Example:
+
+    >>> import tracer
+    >>> tracer.Settings(noise=0.05).spp  # beside a noise target it is a bound
+    4096
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
