@@ -20,8 +20,24 @@ sys.path.append(str(Path(__file__).parents[1]))  # for benchmarks, which are not
 
 import mitsuba as mi  # noqa: E402
 
+QUICK = ("adaptive", "complexity", "image", "io")
+"""Folders whose tests ``pytest -m quick`` runs; to import all others would take longer than these tests."""
 PATIENCE = 500
 """Seconds after which a program that ends by itself is taken to hang, on however slow a machine."""
+
+
+def pytest_ignore_collect(collection_path, config):
+    """Leave out all but the folders of QUICK where only their tests are asked for."""
+    is_asked_for = collection_path.name in QUICK or collection_path.parent != Path(__file__).parent
+    return None if is_asked_for or config.option.markexpr != "quick" else True
+
+
+@pytest.hookimpl(tryfirst=True)  # before tests are chosen by their marks
+def pytest_collection_modifyitems(items):
+    """Mark the tests in the folders of QUICK."""
+    for item in items:
+        if item.path.parent.name in QUICK and not any(item.iter_markers("slow")):
+            item.add_marker("quick")
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import tracer
-from conftest import LIT
 from tracer import criteria
 from tracer.criteria import registry
 from tracer.errors import BackendError, OutputError, SettingsError
@@ -52,14 +51,6 @@ def test_the_help_explains_every_keyword(name):
         quoted = f'"{field.default}"' if isinstance(field.default, str) else f"{field.default:g}"
         stated = re.search(r"Default: (.*?)\.\s*$", entry[1])[1]
         assert stated in (quoted, str(field.default)), entry[1]
-
-
-def test_the_example_of_the_help_runs(scene_file, monkeypatch, tmp_path):
-    monkeypatch.chdir(tmp_path)
-    example = re.search(r"Example::\n\n(.*?)\n\n\w", HELP, re.DOTALL)[1]
-    scene_file(LIT)
-    exec(inspect.cleandoc(example), {})
-    assert (tmp_path / "scene.exr").exists()
 
 
 def test_samples_of_the_scene_are_drawn_where_nothing_says_when_to_stop(cornell):

@@ -1,4 +1,16 @@
-"""Errors that a person can act on. Every message is one sentence: what is wrong, where, and what to do."""
+"""Errors that a person can act on. Every message is one sentence: what is wrong, where, and what to do.
+
+Example::
+
+    import tracer
+
+    try:
+        tracer.render("scene.xml", spp=-1)
+    except tracer.errors.SettingsError as error:
+        print(error)  # Spp: input should be greater than or equal to 1 (was -1).
+    except tracer.errors.TracerError as error:
+        raise SystemExit(error.exit_code)
+"""
 
 from __future__ import annotations
 

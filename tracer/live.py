@@ -3,6 +3,21 @@
 ``png``, ``tev`` and ``notebook`` return progress callbacks for ``tracer.render``; ``together`` makes one callback of
 many. They show the picture now and then: after a picture that took t seconds the next one waits for at least 50 t, so
 that showing takes less than 2 % of the time.
+
+Example::
+
+    from pathlib import Path
+
+    import tracer
+    from tracer import live
+
+
+    def stop_after_a_minute(now: tracer.Progress) -> bool:
+        return now.seconds < 60
+
+
+    show = live.together(live.png(Path("now.png")), stop_after_a_minute)
+    tracer.render("scene.xml", noise=0.05, progress=show)
 """
 
 from __future__ import annotations
@@ -76,7 +91,8 @@ def png(path: Path) -> Occasional:
 def tev(name: str, address: str = "") -> Occasional:
     """Return a callback that shows the picture and its sample counts under ``name`` in tev, at ``host:port``.
 
-    Raises SettingsError if tevclient is not installed or there is no viewer.
+    ``address``: where tev listens, 127.0.0.1:14158 by default. Raises SettingsError if tevclient is not installed or
+    there is no viewer.
     """
     host, _, port = (address or "127.0.0.1").partition(":")
     if port and not port.isdecimal():
@@ -113,7 +129,10 @@ def tev(name: str, address: str = "") -> Occasional:
 
 
 def notebook() -> ProgressCallback:
-    """Return a callback that shows a progress bar and the picture in a Jupyter notebook, and replaces them in place."""
+    """Return a callback that shows a progress bar and the picture in a Jupyter notebook, and replaces them in place.
+
+    Raises ImportError where IPython, which comes with Jupyter, is not installed.
+    """
     from IPython.display import HTML
     from IPython.display import display as show_html
 

@@ -18,7 +18,20 @@ MOST_UNFINISHED = 0.99
 
 @dataclass(frozen=True)
 class Progress:
-    """What a progress callback is told after every pass, and once more at the end with the picture of the result."""
+    """What a progress callback is told after every pass, and once more at the end with the picture of the result.
+
+    Example::
+
+        import tracer
+
+
+        def watch(now: tracer.Progress) -> bool:
+            print(f"{100 * now.fraction:.0f} %: {now.in_words()}")
+            return now.seconds < 60  # False stops, and keeps the picture so far
+
+
+        tracer.render("scene.xml", spp=256, progress=watch)
+    """
 
     done: int
     """Samples drawn so far."""
@@ -39,7 +52,8 @@ class Progress:
     finished: bool = False
     """Whether the render has ended, complete or not; what the callback returns then does not matter."""
     develop: Callable[[], NDArray[np.float32]] = field(default=lambda: np.zeros((0, 0, 3), np.float32), repr=False)
-    """Function that makes the present picture (H, W, C), in the channels of the result, in milliseconds to seconds."""
+    """Function that makes the present picture (H, W, C), linear, in the channels of the result. It is made when this is
+    called, and the render waits for it: the more pixels, the longer."""
     count: Callable[[], NDArray[np.uint32]] = field(default=lambda: np.zeros((0, 0), np.uint32), repr=False)
     """Function that counts the present samples of each pixel (H, W)."""
 

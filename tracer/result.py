@@ -25,7 +25,19 @@ from tracer.scene.frame import PlainFrame
 
 @dataclass(frozen=True)
 class Result:
-    """A picture and all that is known about it."""
+    """A picture and all that is known about it: what ``tracer.render`` returns. Pixels are (rows H, columns W).
+
+    Example::
+
+        import tracer
+
+        result = tracer.render("scene.xml", spp=64)
+        result.rgb.mean(axis=(0, 1))  # the mean colour, linear
+        result.samples.max()  # the most samples of a pixel
+        abs(result.stderr).max()  # the largest standard error, in the unit of the picture
+        print(result.report)  # what was decided, and why
+        result.save("scene.exr")
+    """
 
     image: NDArray[np.float32]
     """(H, W, C), linear, channels as ``channels`` names them."""
@@ -75,7 +87,13 @@ class Result:
         whether a file of that name is replaced. Raises OutputError, before anything is written, for a name that cannot
         be written to, and WriteError for a disk that is full.
 
-        Example: tracer.render("scene.xml", spp=64).save("scene.exr")
+        Example::
+
+            import tracer
+
+            result = tracer.render("scene.xml", spp=64)
+            result.save("scene.exr")
+            result.save("scene.png", overwrite=True)
         """
         target, chosen = check_output(Path(path), overwrite), chosen_layers(layers)
         check_channels(self.channels)

@@ -13,8 +13,15 @@ from sphinx.directives.code import CodeBlock
 from sphinx.util.docutils import SphinxDirective
 
 FOLDER = Path(__file__).parents[2] / "plugins"
-NAMES = ["adaptive", "guided", "radiosity", "features", "owen_sobol"]
 TYPES = ["string", "float", "int", "bool", "integrator", "sampler", "texture", "spectrum"]
+
+
+def names() -> list[str]:
+    """Return the names of all plugins, from the list of them; to import it, Mitsuba would have to be ready."""
+    for statement in ast.parse((FOLDER / "__init__.py").read_text()).body:
+        if isinstance(statement, ast.Assign) and ast.unparse(statement.targets[0]) == "PLUGINS":
+            return sorted(ast.literal_eval(statement.value))
+    raise RuntimeError("plugins/__init__.py has no list PLUGINS.")
 
 
 class PluginParameters(SphinxDirective):
@@ -53,7 +60,7 @@ class Plugins(SphinxDirective):
     def run(self) -> list[nodes.Node]:
         """Return the sections."""
         lines: list[str] = [line for kind in TYPES for line in (f".. |{kind}| replace:: {kind}",)] + [""]
-        for name in NAMES:
+        for name in names():
             documentation = ast.get_docstring(ast.parse((FOLDER / f"{name}.py").read_text())) or ""
             lines += [name, "-" * len(name), "", *documentation.splitlines(), ""]
         return self.parse_text_to_nodes("\n".join(lines), allow_section_headings=True)

@@ -217,7 +217,7 @@ def test_compare_prints_a_table_and_keeps_the_reference(tracer_program, scene_fi
     assert all(len(line) <= 80 for line in out.splitlines()[:-1])
     assert "…" not in out
     written = {path.name for path in (tmp_path / "results").iterdir()}
-    assert written == {"results.json", "results.csv", "results.md", "index.html", "cells"}
+    assert written == {"results.json", "results.csv", "results.md", "overview.svg", "index.html", "cells"}
     kept = {path: path.stat().st_mtime_ns for path in (tmp_path / "cache").rglob("*.npz")}
     assert len(kept) == 2
     assert tracer_program(*arguments)[0] == 0

@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 import sysconfig
+import tarfile
 import tomllib
 from importlib import metadata
 from pathlib import Path
@@ -80,15 +81,49 @@ def test_a_shallow_clone_without_tags_installs_where_there_is_no_git(tmp_path):
     assert [path.name.split("-")[1] for path in wheels.iterdir()] == [last]
 
 
+@pytest.fixture(scope="module")
+def distributions(tmp_path_factory):
+    """Build what is published, and return the source distribution and the wheel, which is built from it alone."""
+    folder = tmp_path_factory.mktemp("dist")
+    subprocess.run([sys.executable, "-m", "build", "--outdir", str(folder), str(ROOT)], check=True)
+    (source,), (wheel,) = folder.glob("mitsuba_tracer-*.tar.gz"), folder.glob("mitsuba_tracer-*.whl")
+    return source, wheel
+
+
+def files_of(folder, *endings):
+    """Return the paths of the files in a folder of the checkout that end so, relative to it, as text."""
+    found = (path for ending in endings for path in (ROOT / folder).rglob(f"*{ending}"))
+    return {path.relative_to(ROOT / folder).as_posix() for path in found}
+
+
+@pytest.mark.slow
+def test_the_wheel_has_the_package_with_all_its_files_and_nothing_else(distributions):
+    with ZipFile(distributions[1]) as wheel:
+        names = {name for name in wheel.namelist() if ".dist-info/" not in name}
+        about = {name.partition(".dist-info/")[2] for name in wheel.namelist()}
+    expected = {f"tracer/{name}" for name in files_of("tracer", ".py", ".typed", ".toml", ".html", ".css", ".js")}
+    expected |= {f"tracer/plugins/{name}" for name in files_of("plugins", ".py")}
+    expected |= {f"tracer/scenes/{name}" for name in files_of("scenes", ".py", ".xml")}
+    assert {"tracer/py.typed", "tracer/study/page/page.html", "tracer/scenes/thin_rods.xml"} <= expected
+    assert names == expected
+    assert {"METADATA", "entry_points.txt", "licenses/LICENSE"} <= about
+
+
+@pytest.mark.slow
+def test_the_source_distribution_has_all_but_results(distributions):
+    with tarfile.open(distributions[0]) as source:
+        names = {name.partition("/")[2] for name in source.getnames()}
+    folders = {name.partition("/")[0] for name in names}
+    assert {"tracer", "plugins", "scenes", "tests", "docs", "examples", "benchmarks"} <= folders
+    assert {"pyproject.toml", "README.md", "LICENSE", "CITATION.cff", "scenes/thin_rods.xml"} <= names
+    assert "results" not in folders
+
+
 @pytest.mark.slow
 @pytest.mark.timeout(1800)
-def test_wheel_runs_the_demo_outside_the_checkout(tmp_path):
+def test_wheel_runs_the_demo_outside_the_checkout(tmp_path, distributions):
     """Dependencies are those of this environment: installing them once more takes minutes."""
-    subprocess.run([sys.executable, "-m", "build", "--wheel", "--outdir", str(tmp_path), str(ROOT)], check=True)
-    (wheel,) = tmp_path.glob("mitsuba_tracer-*.whl")
-    with ZipFile(wheel) as installed:
-        folders = {name.split("/")[0] for name in installed.namelist()}
-    assert {folder for folder in folders if not folder.endswith(".dist-info")} == {"tracer"}
+    wheel = distributions[1]
     environment = tmp_path / "venv"
     subprocess.run([sys.executable, "-m", "venv", str(environment)], check=True)
     (site_packages,) = environment.glob("lib/python*/site-packages")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import textwrap
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -28,13 +30,23 @@ class Panel:
     END = "When a set of views is large enough"
 
 
-CRITERIA = """
-chi_square, colour_contrast, contrast, cycles, face_entropy, face_gini, fused,
-geometry_contrast, hellinger, kullback_leibler, luxcore, mitsuba_1731, renyi,
-rigau, root_chi_square, root_hellinger, root_kullback_leibler, shape_entropy,
-shape_gini, shape_id, tsallis, uniform, variance, viewpoint_complexity, z_test
-"""
-"""Names of all criteria, for help: to list them from their files takes seconds."""
+HELP_WIDTH = 78
+"""Letters in a line of a list of names."""
+
+
+def names_in(folder: str, decorator: str) -> str:
+    """Return the names that the files of a folder of ``tracer`` register by a decorator, in lines for help.
+
+    The files are read and not imported, which would take seconds.
+    """
+    pattern = re.compile(rf'^@{decorator}\("(\w+)"', re.MULTILINE)
+    paths = (Path(__file__).parents[1] / folder).glob("*.py")
+    names = sorted(name for path in paths for name in pattern.findall(path.read_text(encoding="utf-8")))
+    return f"\n{textwrap.fill(', '.join(names), HELP_WIDTH)}\n"
+
+
+CRITERIA = names_in("criteria", "criterion")
+"""Names of all criteria, for help."""
 OBJECTIVES = "relative, absolute or display"
 """Names of all objectives, for help."""
 

@@ -71,10 +71,10 @@ def radiosity(
         basic("How rays are spread, a name below.", Panel.SOLUTION, metavar="NAME"),
     ] = None,
     threshold: Annotated[
-        float | None, advanced("Faces seen above which the paper splits. (2.5)", Panel.SOLUTION, metavar="X")
+        float | None, advanced("Faces seen above which --spread paper splits. (2.5)", Panel.SOLUTION, metavar="X")
     ] = None,
     depth: Annotated[
-        int | None, advanced("How many times the paper splits, 0 to 4. (1)", Panel.SOLUTION, metavar="N")
+        int | None, advanced("How many times --spread paper splits, 0 to 4. (1)", Panel.SOLUTION, metavar="N")
     ] = None,
 ) -> None:
     """Solve the radiosity of a scene of diffuse surfaces, and show it with its camera.

@@ -34,9 +34,10 @@ MOST_RAYS = 1 << 22
 
 @dataclass(frozen=True)
 class Complexity:
-    """Complexity of what is seen. Measures are (H, W) of ``view.grid``; all pixels of a block have the same values.
+    """Complexity of what is seen. Measures are (H, W) of the grid; all pixels of a block have the same values.
 
-    Each measure is computed when it is first used.
+    K rays, those of all its pixels, belong to a block. Each measure is computed when it is first used.
+    ``tracer.criteria.Evidence`` has an example.
     """
 
     grid: tuple[int, int]

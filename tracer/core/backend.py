@@ -124,9 +124,20 @@ def reload_plugins(old_variant: str | None, new_variant: str) -> None:
 def activate(variant: str | None = None) -> str:
     """Make Mitsuba ready to render and return the name of the variant.
 
-    A variant that is already active is kept unless ``variant`` names another. Raises BackendError, before anything is
-    rendered, when the variant does not exist or cannot run wavefronts, when there is no usable LLVM, or, for a CUDA
-    variant, no GPU.
+    ``variant``: a name of ``mi.variants()`` that begins with "llvm_" or "cuda_". None keeps the variant that is active,
+    and sets "llvm_ad_rgb" if there is none. The plugins of tracer are registered, too. Raises BackendError, before
+    anything is rendered, when the variant does not exist or cannot run wavefronts, when there is no usable LLVM, or,
+    for a CUDA variant, no GPU.
+
+    Example::
+
+        import tracer
+
+        tracer.activate()
+        import mitsuba as mi
+
+        adaptive = mi.load_dict({"type": "adaptive", "nested": {"type": "path"}})
+        picture = mi.render(mi.load_file("scene.xml"), integrator=adaptive, spp=64)
     """
     named_library()
     import mitsuba as mi

@@ -41,6 +41,13 @@ def icosphere(level: int) -> tuple[Floats, Integers]:
 
     These are the icosahedron's, with each triangle split in four ``level`` times. Level 3 has the 642 viewpoints of
     X. Bonaventura and others, "A survey of viewpoint selection methods for polygonal models", Entropy 20(5), 2018.
+
+    Example:
+
+    >>> from tracer.core.sphere import icosphere
+    >>> directions, triangles = icosphere(3)
+    >>> directions.shape, triangles.shape
+    ((642, 3), (1280, 3))
     """
     if level == 0:
         corners = [(0, s, t * GOLDEN) for s in (-1, 1) for t in (-1, 1)]

@@ -25,7 +25,24 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Evidence:
-    """All that is known when an allocation is made. Arrays are (height, width) of the pixels that are sampled."""
+    """All that is known when an allocation is made: what a criterion is given.
+
+    Arrays are (height, width) of the pixels that are sampled; these are a few more at each side than the picture has if
+    its film samples its border.
+
+    Example::
+
+        import tracer
+        from tracer.criteria import Evidence
+
+
+        def noisy_edges(evidence: Evidence):
+            deviation = evidence.statistics.variance.mean(axis=-1) ** 0.5
+            return deviation * (1 + evidence.complexity.shape_entropy)
+
+
+        tracer.render("scene.xml", spp=64, criterion=noisy_edges)
+    """
 
     look: Callable[[], Complexity]
     """Function that returns the complexity of what pilot rays hit; it traces them when it is first called."""
@@ -52,16 +69,36 @@ class Evidence:
 
 
 Spends = Literal["share", "deviation", "more", "priority"]
-"""How samples are allocated by importance. share: all samples are in proportion to it. deviation: as share, and the
-importance is the standard deviation of a sample times sqrt(w), so that its cost can be weighed and the gain predicted.
-more: the samples of the round are in proportion to it, whatever was drawn before. priority: the most important pixels
-get as many samples again as they have, until the round is spent; a threshold that is lowered until the budget is spent
-has the same effect."""
+"""How samples are allocated by importance.
+
+"share": all samples are in proportion to it, those that are drawn already included. "deviation": as share, and the
+importance is the standard deviation of a sample times sqrt(w), w being ``Evidence.weight``, so that its cost can be
+weighed and the gain predicted: a render that would gain too little is uniform. "more": the samples of the round are in
+proportion to it, whatever was drawn before. "priority": the most important pixels get as many samples again as they
+have, until the round is spent; a threshold that is lowered until the budget is spent has the same effect.
+"""
 
 
 @dataclass(frozen=True)
 class Criterion:
-    """A named function from Evidence to importance, and what it needs to see."""
+    """A named function from Evidence to importance, and what it needs to see.
+
+    ``tracer.render`` takes one as ``criterion``, without its being registered.
+
+    Example::
+
+        import numpy as np
+        import tracer
+        from tracer.criteria import Criterion
+
+
+        def edges(evidence):
+            return 0.1 + np.sqrt(evidence.complexity.shape_gini)
+
+
+        by_edges = Criterion("edges", edges, needs_radiance=False, spends="share")
+        tracer.render("scene.xml", spp=64, criterion=by_edges)
+    """
 
     name: str
     """Name by which a person chooses it."""
@@ -107,7 +144,44 @@ files: dict[str, Path] = {}
 def criterion(
     name: str, *, needs_radiance: bool, spends: Spends = "share", moments: Moments | None = None
 ) -> Callable[[Callable[[Evidence], Floats]], Callable[[Evidence], Floats]]:
-    """Register the decorated function as criterion ``name``. Raises ValueError if another file has the name."""
+    """Register the decorated function as criterion ``name``, by which renders and studies choose it.
+
+    The function is given an ``Evidence`` and returns the importance of each pixel: an array of numbers >= 0 that has
+    the shape (H, W) of ``evidence.wanted``.
+
+    ``needs_radiance``: whether it looks at ``evidence.statistics``. If so, it decides anew before every round but the
+    first, in which all pixels get the same. If not, it decides once, before the first sample, by what pilot rays have
+    hit; ``evidence.statistics`` is then None.
+
+    ``spends``: how samples are allocated by the importance, see ``Spends``. Choose "deviation" if the importance is a
+    standard deviation, in whatever unit, and "share" else.
+
+    ``moments``: function that says what else is to be remembered of samples. It is given the colour of a sample, a list
+    with an ``mi.Float`` for each channel of colour, and the sample's index within its pixel, ``mi.UInt32``. It returns
+    two lists of ``mi.Float``: of the first, ``evidence.statistics.moments`` (H, W, K) has the means, and of the second
+    ``evidence.statistics.peaks`` the maxima.
+
+    Raises ValueError if a criterion from another file has the name.
+
+    Example::
+
+        import numpy as np
+        import tracer
+        from tracer.criteria import criterion
+
+
+        def brightest(colour, index):
+            return [], [sum(colour)]
+
+
+        @criterion("fireflies", needs_radiance=True, moments=brightest)
+        def fireflies(evidence):
+            mean = evidence.statistics.mean.sum(axis=-1)
+            return np.maximum(evidence.statistics.peaks[..., 0], 0) / (mean + 0.1)
+
+
+        tracer.render("scene.xml", spp=64, criterion="fireflies")
+    """
 
     def register(function: Callable[[Evidence], Floats]) -> Callable[[Evidence], Floats]:
         previous = registered.get(name)
@@ -156,7 +230,14 @@ def is_function(name: str) -> bool:
 
 
 def names() -> list[str]:
-    """Return the names of all registered criteria, sorted."""
+    """Return the names of all registered criteria, sorted.
+
+    Example:
+
+    >>> from tracer import criteria
+    >>> criteria.names()[:3]
+    ['chi_square', 'colour_contrast', 'contrast']
+    """
     import_all()
     return sorted(registered)
 

@@ -28,7 +28,10 @@ from tracer.scene.view import View
 
 @dataclass(frozen=True)
 class Statistics:
-    """What is known of each pixel of the grid, through a box filter: samples of a pixel count for that pixel alone."""
+    """What is known of each pixel of the grid, through a box filter: samples of a pixel count for that pixel alone.
+
+    C is the number of channels, colours first, linear. ``tracer.criteria.Evidence`` has an example.
+    """
 
     count: NDArray[np.uint32]
     """(H, W): number of finite samples."""

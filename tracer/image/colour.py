@@ -1,4 +1,15 @@
-"""Colour: luminance, the sRGB curve, and how a picture or a map is shown."""
+"""Colour: luminance, the sRGB curve, and how a picture or a map is shown.
+
+Example:
+
+>>> import numpy as np
+>>> from tracer.image.colour import display, luminance
+>>> grey = np.full((2, 3, 3), 0.5)
+>>> float(luminance(grey)[0, 0].round(3))
+0.5
+>>> float(display(grey)[0, 0, 0].round(3))  # encoded as sRGB
+0.735
+"""
 
 from __future__ import annotations
 
@@ -37,8 +48,6 @@ def decode_srgb(encoded: ArrayLike) -> Floats:
 
 def display(image: NDArray) -> NDArray[np.float64]:
     """Return an image (H, W, C) as a screen shows it: RGB in [0, 1], encoded as sRGB. Alpha and AOVs are left out."""
-    from tracer.image.colour import encode_srgb
-
     colour = image[..., :3] if image.shape[-1] >= 3 else image[..., :1].repeat(3, axis=-1)
     return encode_srgb(colour)
 

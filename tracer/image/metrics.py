@@ -1,7 +1,19 @@
 """Error of an image against a reference: pure functions of two pictures, linear unless said otherwise.
 
-A picture is an array (H, W, 3). A grey picture, (H, W) or (H, W, 1), counts as three equal channels. Every error
-applies the rule of ``comparable`` and raises ScoreError for pictures that cannot be compared.
+A picture is an array (H, W, 3), of any numeric dtype. A grey picture, (H, W) or (H, W, 1), counts as three equal
+channels. Every error raises ScoreError for two pictures of different sizes, if only one of them is grey, and for pixels
+that are not finite.
+
+Example:
+
+>>> import numpy as np
+>>> from tracer.image.metrics import bias, mse, relative_mse
+>>> reference = np.full((8, 8, 3), 0.5)
+>>> image = reference + 0.1
+>>> round(mse(image, reference), 4), round(bias(image, reference), 4)
+(0.01, 0.2)
+>>> round(relative_mse(image, reference), 4)  # 0.01 / (0.5^2 + 0.01)
+0.0385
 """
 
 from __future__ import annotations
@@ -46,7 +58,19 @@ class Scores:
 
 
 def all_scores(image: ArrayLike, reference: ArrayLike) -> Scores:
-    """Return every error of ``image``, both (H, W, 3) or grey, in linear sRGB. Raises ScoreError (``comparable``)."""
+    """Return every error of ``image``, both (H, W, 3) or grey, in linear sRGB, at least 7 pixels a side.
+
+    Raises ScoreError for pictures that cannot be compared.
+
+    Example::
+
+        import tracer
+        from tracer.image.metrics import all_scores
+
+        image = tracer.render("scene.xml", spp=16).rgb
+        reference = tracer.render("scene.xml", spp=256, seed=1).rgb
+        print(all_scores(image, reference).relative_mse)
+    """
     image, reference = comparable(image, reference, least_side=SSIM_WINDOW)
     return Scores(
         mse(image, reference),
@@ -60,13 +84,13 @@ def all_scores(image: ArrayLike, reference: ArrayLike) -> Scores:
 
 
 def mse(image: ArrayLike, reference: ArrayLike) -> float:
-    """Return the mean squared error over pixels and channels."""
+    """Return the mean squared error over pixels and channels, in the squared unit of the pictures, radiance."""
     image, reference = comparable(image, reference)
     return float(np.mean((image - reference) ** 2))
 
 
 def relative_mse(image: ArrayLike, reference: ArrayLike, epsilon: float = EPSILON) -> float:
-    """Return the mean of the squared error over the reference's squared luminance plus ``epsilon``."""
+    """Return the mean of the squared error over the reference's squared luminance plus ``epsilon``; it has no unit."""
     image, reference = comparable(image, reference)
     return float(np.mean((image - reference) ** 2 / relative_scale(reference, epsilon)[..., None]))
 
@@ -85,7 +109,10 @@ def relative_mse_trimmed(image: ArrayLike, reference: ArrayLike, share: float = 
 
 
 def bias(image: ArrayLike, reference: ArrayLike) -> float:
-    """Return the mean signed error of the luminance over the reference's mean luminance; 0 for a black reference."""
+    """Return the mean signed error of the luminance over the reference's mean luminance; 0 for a black reference.
+
+    0.02 is 2 % too bright.
+    """
     image, reference = comparable(image, reference)
     mean = float(luminance(reference).mean())
     return float(luminance(image - reference).mean()) / mean if mean else 0.0
@@ -103,14 +130,20 @@ def flip(image: ArrayLike, reference: ArrayLike) -> float:
 
 
 def psnr(image: ArrayLike, reference: ArrayLike) -> float:
-    """Return the peak signal-to-noise ratio in dB of both images encoded as sRGB and clipped to [0, 1] (range 1)."""
+    """Return the peak signal-to-noise ratio in dB of both images encoded as sRGB and clipped to [0, 1] (range 1).
+
+    It is infinite for equal pictures.
+    """
     image, reference = comparable(image, reference)
     error = mse(encode_srgb(image), encode_srgb(reference))
     return float("inf") if error == 0 else float(-10.0 * np.log10(error))
 
 
 def ssim(image: ArrayLike, reference: ArrayLike) -> float:
-    """Return scikit-image's structural similarity of both images encoded as sRGB and clipped to [0, 1] (range 1)."""
+    """Return scikit-image's structural similarity of both images encoded as sRGB and clipped to [0, 1] (range 1).
+
+    It is at most 1, which equal pictures have. Pictures must have at least 7 pixels a side.
+    """
     from skimage.metrics import structural_similarity
 
     image, reference = comparable(image, reference, least_side=SSIM_WINDOW)

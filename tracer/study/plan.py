@@ -210,7 +210,11 @@ def scene_name(path: Path) -> str:
 
 
 def read_plan(path: Path, folder: Path | None = None) -> Plan:
-    """Return the plan in a TOML file; ``folder`` replaces the folder it names. Raises SettingsError with the line."""
+    """Return the plan in a TOML file; ``folder`` replaces the folder it names.
+
+    Raises SettingsError, with the line, for a file that cannot be read or has a mistake. ``make_plan``, which is given
+    the same as a dictionary, has an example.
+    """
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
@@ -233,7 +237,20 @@ def parse_plan(text: str, origin: Origin, base: Path, folder: Path | None) -> Pl
 
 
 def make_plan(values: dict[str, Any], origin: Origin | None = None, base: Path | None = None) -> Plan:
-    """Return a plan with these values, checked as far as is possible without opening scenes. Raises SettingsError."""
+    """Return a plan with these values, checked as far as is possible without opening scenes.
+
+    ``values``: what a study's TOML file would have, as a dictionary. ``origin``: what messages say of where they come
+    from; None: they name the key alone. ``base``: folder that relative paths start at; None: the working folder. Raises
+    SettingsError, in one sentence, for a mistake in the values.
+
+    Example::
+
+        from tracer.study.plan import make_plan
+
+        methods = [{"name": name, "criterion": name} for name in ("uniform", "fused")]
+        plan = make_plan({"name": "mine", "spp": [16, 64], "scenes": [{"bundled": "*"}], "methods": methods})
+        [scene.name for scene in plan.find_scenes()]
+    """
     origin = origin or Origin()
     try:
         plan = Plan(**values)

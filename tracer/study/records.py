@@ -1,4 +1,7 @@
-"""What a study knows of a scene, of a cell, and of a method: records without behaviour."""
+"""What a study knows of a scene, of a cell, and of a method: records without behaviour.
+
+``tracer.study.run.run_study`` has an example.
+"""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ ERRORS: dict[str, Callable[[Scores], float]] = {
 
 @dataclass
 class Results:
-    """All that a study has measured."""
+    """All that a study has measured. ``tracer.study.run.run_study`` has an example."""
 
     plan: Plan
     scenes: list[SceneFacts] = field(default_factory=list)

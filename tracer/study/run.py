@@ -60,12 +60,26 @@ def run_study(
     reference, both (H, W, 3) float64 in linear sRGB, to a number. Each gets a column in ``results.csv``, an entry in
     ``results.json``, and in ``results.md`` a table of means over seeds; in Python, ``Row.own`` and ``Measurement.own``
     have the values. They are computed anew whenever the study is run, of kept pictures too, so that a study that is
-    finished can be given another metric::
+    finished can be given another metric.
+
+    Example::
+
+        from pathlib import Path
+
+        from tracer.study.plan import make_plan
+        from tracer.study.run import run_study
+
 
         def worst(picture, reference):
             return abs(picture - reference).max()
 
+
+        methods = [{"name": name, "criterion": name} for name in ("uniform", "fused")]
+        scenes = [{"path": "scene.xml"}]
+        plan = make_plan({"name": "mine", "spp": [16], "seeds": 2, "scenes": scenes, "methods": methods})
         results = run_study(plan, Path("mine"), metrics={"worst": worst})
+        rows, means = results.tables()
+        {(row.scene, row.method): row.own["worst"] for row in rows}
     """
     own_metrics = metrics_of(plan) | dict(metrics or {})
     check_metrics(own_metrics)

@@ -1,4 +1,4 @@
-"""Write the results of a study into its folder: ``results.json``, ``results.csv`` and ``results.md``."""
+"""Write the results of a study into its folder: ``results.json``, ``results.csv``, ``results.md``, ``overview.svg``."""
 
 from __future__ import annotations
 
@@ -16,13 +16,14 @@ import numpy as np
 
 from tracer.core.version import version
 from tracer.io import atomic
+from tracer.study.overview_file import OVERVIEW, write_overview
 from tracer.study.records import SCORES, Measurement
 from tracer.study.results import Results
 from tracer.study.tables import markdown
 
 PAGE = "index.html"
 """File name of the page of a study."""
-RESULT_FILES = ("results.json", "results.csv", "results.md", PAGE)
+RESULT_FILES = ("results.json", "results.csv", "results.md", OVERVIEW, PAGE)
 """Names of the files of results in the folder of a study."""
 SCHEMA = 1
 """Version of the form of ``results.json``, changed when programs that read it would have to change."""
@@ -34,6 +35,7 @@ def write_results(output: Path, results: Results) -> None:
     atomic.write_text(output / "results.json", json.dumps(finite(record), indent=1, allow_nan=False) + "\n")
     atomic.write_text(output / "results.csv", as_csv(results))
     atomic.write_text(output / "results.md", f"{head(results)}\n\n{markdown(results)}")
+    write_overview(output, record)
 
 
 def conditions(results: Results) -> dict[str, Any]:

@@ -33,7 +33,7 @@ UNITS = 1 << 24
 
 @dataclass(frozen=True)
 class Viewpoints:
-    """Places to look from, and the axes of the view from each."""
+    """V places to look from, and the axes of the view from each. ``tracer.viewpoint.survey.survey`` has an example."""
 
     eyes: Floats
     """(V, 3)."""
@@ -53,7 +53,10 @@ class Viewpoints:
 
 @dataclass(frozen=True)
 class Rays:
-    """The rays that leave a viewpoint: a grid ``side`` rays wide, or as many as ``random``, drawn with ``seed``."""
+    """The rays that leave a viewpoint: a grid ``side`` rays wide, or as many as ``random``, drawn with ``seed``.
+
+    ``tracer.viewpoint.survey.survey`` has an example.
+    """
 
     side: int = 0
     random: int = 0
@@ -80,7 +83,11 @@ class Batch:
 
 
 def around(centre: Floats, distance: float, directions: Floats, up: Floats | None = None) -> Viewpoints:
-    """Return viewpoints at ``distance`` from ``centre`` in ``directions`` (V, 3) that look at it."""
+    """Return viewpoints at ``distance`` from ``centre`` (3,) in unit ``directions`` (V, 3) that look at it.
+
+    ``up`` (3,): which way is up, z by default. Lengths are in the unit of the scene. ``tracer.viewpoint.survey.survey``
+    has an example.
+    """
     right, upward = frame(-directions) if up is None else frame(-directions, up)
     return Viewpoints(centre + distance * directions, -directions, right, upward)
 

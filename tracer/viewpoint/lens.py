@@ -62,7 +62,10 @@ class Lens(ABC):
 
 @dataclass(frozen=True)
 class Orthographic(Lens):
-    """Parallel rays through a square window of ``2 reach`` a side."""
+    """Parallel rays through a square window of ``2 reach`` a side, in the unit of length of the scene.
+
+    ``tracer.viewpoint.survey.survey`` has an example.
+    """
 
     reach: float
 
@@ -85,7 +88,10 @@ class Orthographic(Lens):
 
 @dataclass(frozen=True)
 class Perspective(Lens):
-    """A pinhole with a square image, ``field_of_view`` degrees wide."""
+    """A pinhole with a square image, ``field_of_view`` degrees wide, less than 180.
+
+    It takes the place of ``Orthographic`` in the example of ``tracer.viewpoint.survey.survey``.
+    """
 
     field_of_view: float
 

@@ -72,7 +72,7 @@ NO_MESH = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64), np.zeros(0, np.int6
 
 @dataclass(frozen=True, eq=False)
 class Subject:
-    """A scene and its surfaces, numbered from 0."""
+    """A scene and its surfaces, numbered from 0. ``tracer.viewpoint.survey.survey`` has an example."""
 
     scene: Any
     areas: Floats
@@ -148,11 +148,14 @@ def open_subject(
     names: Sequence[str] = (),
     patterns: Sequence[str] = (),
 ) -> Subject:
-    """Return a loaded ``mi.Scene`` as a subject.
+    """Return a loaded ``mi.Scene`` as a subject, whose views can be measured.
 
-    ``surfaces`` and ``patterns``: see ``number_surfaces``. ``groups``: the surface of every face in the order of the
-    scene's shapes, or NOT_COUNTED, instead of both, and ``names``: the names of these surfaces. Raises SceneError for a
-    scene without shapes, SettingsError for an unknown kind of surface.
+    ``tracer.viewpoint.survey.survey`` has an example.
+
+    ``surfaces``: what counts as one surface, "face", "shape" or "bsdf", or the name of an attribute of meshes, such as
+    "face_label". ``patterns``: all shapes whose names match one, such as ``chair*``, are one surface. ``groups``: the
+    surface of every face in the order of the scene's shapes, or NOT_COUNTED, instead of both, and ``names``: the names
+    of these surfaces. Raises SceneError for a scene without shapes, SettingsError for an unknown kind of surface.
     """
     shapes = list(scene.shapes())
     counts = np.array([shape.primitive_count() for shape in shapes], np.int64)

@@ -41,8 +41,29 @@ def survey(
 
     ``beside``: for each viewpoint, the numbers of the viewpoints beside it, for measures that compare them; each must
     be beside the other. ``channel``: the channel of other viewpoints, with which views are compared instead of with one
-    another. ``progress`` counts views, also those of a first pass, and may raise to stop. Raises SettingsError for a
-    measure that does not exist, or that needs what the subject, lens or rays do not have.
+    another. ``progress`` counts views, also those of a first pass, and may raise to stop. ``names``: of
+    ``tracer.viewpoint.measures.names()``; ``tracer.viewpoint.measures.get(name).best`` says whether good views have the
+    most or the least of a measure. Raises SettingsError for a measure that does not exist, or that needs what the
+    subject, lens or rays do not have.
+
+    Example::
+
+        import tracer
+
+        tracer.activate()
+        import mitsuba as mi
+
+        from tracer.core.sphere import icosphere
+        from tracer.viewpoint.item_buffer import Rays, around
+        from tracer.viewpoint.lens import Orthographic
+        from tracer.viewpoint.surfaces import open_subject
+        from tracer.viewpoint.survey import survey
+
+        subject = open_subject(mi.load_dict({"type": "scene", "cube": {"type": "cube"}}))
+        directions, _ = icosphere(2)
+        viewpoints = around(subject.centre, 3 * subject.radius, directions)
+        values = survey(subject, viewpoints, Orthographic(reach=subject.radius), Rays(side=64), ["entropy"])
+        directions[values["entropy"].argmax()]  # the best view shows three sides alike
     """
     chosen = [measures.get(name) for name in names]
     needs: set[str] = {need for measure in chosen for need in measure.needs}

@@ -24,7 +24,7 @@ def best(
     search: Annotated[
         list[str] | None,
         advanced(
-            "paper, octants (the paper's, from all 8 triangles) or exhaustive; may be repeated. (all)",
+            "paper (Plemenos and others), octants (it from all 8 triangles) or exhaustive; may be repeated. (all)",
             Panel.MEASURE,
             metavar="NAME",
         ),
@@ -35,7 +35,7 @@ def best(
         basic("Seen from the surface of this molecule.", Panel.STAND, name="--from", metavar="FILE"),
     ] = None,
 ) -> None:
-    """Find the best view, with the paper's search and by trying views from all around.
+    """Find the best view, by the search of Plemenos, Sbert and Feixas (2004) and by trying views from all around.
 
     The scene is looked at from inside if it is a room. Example: tracer view best scene.xml -m entropy -o best
     """

@@ -24,16 +24,8 @@ if TYPE_CHECKING:
     from tracer.viewpoint.source import Counted
 
 Three = tuple[float, float, float]
-MEASURES = """
-curvature_entropy, depth_distribution, depth_stability, entropy,
-information_2, information_3, instability, kullback_leibler, maximum_depth,
-mutual_information, projected_area, projected_saliency,
-salient_mutual_information, silhouette_curvature,
-silhouette_curvature_extrema, silhouette_entropy, silhouette_length,
-stoev_strasser, viewpoint_complexity, visibility_ratio, visible,
-visible_saliency
-"""
-"""Names of all measures, for help: to list them from their files takes seconds."""
+MEASURES = options.names_in("viewpoint/measures", "measure")
+"""Names of all measures, for help."""
 Measure = Annotated[
     str, basic("What is compared, a name below. (entropy)", name="--measure", short="-m", metavar="NAME")
 ]

@@ -24,7 +24,7 @@ def tour(
     avoid: Annotated[
         str,
         advanced(
-            "Keep away from the start (the paper's formula) or from all visited places (its text). (start)",
+            "Keep away from the start (formula of Plemenos and others) or from all visited places (text). (start)",
             Panel.FILM,
             metavar="start|visited",
         ),

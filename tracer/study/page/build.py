@@ -21,7 +21,7 @@ from tracer.study.page.svg import marker, series
 from tracer.study.records import Row, SceneFacts
 from tracer.study.results import Results
 from tracer.study.tables import HEADINGS, bounds, cells, legend, own_cells
-from tracer.study.write import conditions, finite
+from tracer.study.write import conditions, finite, numbers
 
 SCRIPTS = ("pixels.js", "viewer.js", "pointer.js", "controls.js", "table.js")
 """Scripts of the page, in the order in which they run."""
@@ -56,7 +56,7 @@ def build_page(results: Results, pictures: Sequence[ScenePictures]) -> str:
         scripts=[(folder / name).read_text(encoding="utf-8") for name in SCRIPTS],
         filters=filters(),
         methods=[(name, series(k), marker(k, 6, 6)) for k, name in enumerate(methods)],
-        overviews=overviews(results),
+        overviews=overviews(numbers(results)),
         means=[mean for mean in means if mean.method != results.plan.compared_with],
         bounds=bounds,
         headings=[*HEADINGS, *(rows[0].own if rows else ())],

@@ -6,11 +6,11 @@ import html
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from tracer.study.gains import Interval
 from tracer.study.page.svg import LogAxis, drawing, line, marker, series, text
-from tracer.study.results import Results
-from tracer.study.tables import bounds, compared_methods
+from tracer.study.tables import bounds
 
 WIDTH = 480
 RIGHT, TOP, BOTTOM = 14, 26, 24
@@ -34,26 +34,40 @@ class Overview:
     drawings: list[str]
 
 
-def overviews(results: Results) -> list[Overview]:
-    """Return the overview of every budget, that of the largest first."""
-    rows, means = results.tables()
+def overviews(record: dict[str, Any]) -> list[Overview]:
+    """Return the overview of every budget, that of the largest first; ``record``: what ``results.json`` has."""
     made = []
-    for budget in reversed(list(dict.fromkeys(row.budget for row in rows))):
-        here = [entry for entry in rows if entry.budget == budget]
-        overall = [entry for entry in means if entry.budget == budget]
+    for budget in reversed(list(dict.fromkeys(row["budget"] for row in record["rows"]))):
+        rows = [row for row in record["rows"] if row["budget"] == budget]
+        overall = [mean for mean in record["means"] if mean["budget"] == budget]
         drawings = []
         for field, name in MEASURES.items():
-            gains = {(row.scene, row.method): getattr(row, field) for row in here}
-            gains |= {(MEAN, mean.method): getattr(mean, field) for mean in overall}
-            scenes = [*dict.fromkeys(row.scene for row in here), MEAN]
-            drawings.append(draw(results, scenes, gains, f"{name}, {budget}"))
+            gains = {(row["scene"], row["method"]): interval(row[field]) for row in rows}
+            gains |= {(MEAN, mean["method"]): interval(mean[field]) for mean in overall}
+            scenes = [*dict.fromkeys(row["scene"] for row in rows), MEAN]
+            drawings.append(draw(record, scenes, gains, f"{name}, {budget}"))
         made.append(Overview(budget, drawings))
     return made
 
 
-def draw(results: Results, scenes: Sequence[str], gains: dict[tuple[str, str], Interval | None], caption: str) -> str:
+def interval(values: dict[str, float | None] | None) -> Interval | None:
+    """Return an interval from plain values, which have None in a file where a bound is NaN."""
+    if values is None:
+        return None
+    return Interval(**{name: math.nan if value is None else value for name, value in values.items()})
+
+
+def compared(record: dict[str, Any]) -> dict[str, int]:
+    """Return the number of each method but the baseline within the plan, which its colour and marker follow."""
+    names = [method["name"] for method in record["study"]["methods"]]
+    return {name: index for index, name in enumerate(names) if name != record["baseline"]}
+
+
+def draw(
+    record: dict[str, Any], scenes: Sequence[str], gains: dict[tuple[str, str], Interval | None], caption: str
+) -> str:
     """Return a line per scene and method: a dot at the gain, and a stroke along its interval."""
-    methods = compared_methods(results)
+    methods = compared(record)
     known = {key: gain for key, gain in gains.items() if key[1] in methods and gain and 0 < gain.mean < math.inf}
     ends = [end for gain in known.values() for end in (gain.low, gain.mean, gain.high) if not math.isnan(end)]
     left = 10 + LETTER * min(MOST_LETTERS, max(map(len, scenes)))
@@ -72,27 +86,26 @@ def draw(results: Results, scenes: Sequence[str], gains: dict[tuple[str, str], I
         parts.append(line(place, TOP, place, bottom, "one" if tick == 1 else "grid"))
         parts.append(text(place, bottom + 15, f"{tick:.3g}", kind="strong" if tick == 1 else ""))
     for k, scene in enumerate(scenes):
-        for m, method in enumerate(methods):
+        for m, (method, index) in enumerate(methods.items()):
             if (scene, method) in known:
                 y = TOP + k * scene_height + scene_height / 2 + METHOD_HEIGHT * (m - (len(methods) - 1) / 2)
-                parts.append(gain_line(results, scene, method, known[scene, method], axis, y))
-    return drawing(WIDTH, bottom + BOTTOM, alternative(results, known, caption), parts)
+                parts.append(gain_line(index, f"{scene}, {method}", known[scene, method], axis, y))
+    return drawing(WIDTH, bottom + BOTTOM, alternative(record, known, caption), parts)
 
 
-def gain_line(results: Results, scene: str, method: str, gain: Interval, axis: LogAxis, y: float) -> str:
-    """Return the dot and the stroke of a gain, with its numbers as a note under the pointer."""
-    index = [entry.name for entry in results.plan.methods].index(method)
+def gain_line(index: int, name: str, gain: Interval, axis: LogAxis, y: float) -> str:
+    """Return the dot and the stroke of a gain of method ``index``, with its numbers as a note under the pointer."""
     stroke = "" if math.isnan(gain.low) else line(axis.place(gain.low), y, axis.place(gain.high), y, "interval")
-    note = html.escape(f"{scene}, {method}: {bounds(gain)}")
+    note = html.escape(f"{name}: {bounds(gain)}")
     return f'<g class="{series(index)}"><title>{note}</title>{stroke}{marker(index, axis.place(gain.mean), y)}</g>'
 
 
-def alternative(results: Results, known: dict[tuple[str, str], Interval], caption: str) -> str:
+def alternative(record: dict[str, Any], known: dict[tuple[str, str], Interval], caption: str) -> str:
     """Return in words what the drawing shows: the mean gain of each method, and its range over scenes."""
     sentences = []
-    for method in compared_methods(results):
+    for method in compared(record):
         means = [gain.mean for (scene, name), gain in known.items() if name == method and scene != MEAN]
         if means:
             overall = f"{bounds(known[MEAN, method])} in the mean, " if (MEAN, method) in known else ""
             sentences.append(f"{method}: {overall}{min(means):.2f} to {max(means):.2f} over scenes.")
-    return f"Gain over {results.plan.compared_with} at {caption}, on a logarithmic axis. " + " ".join(sentences)
+    return f"Gain over {record['baseline']} at {caption}, on a logarithmic axis. " + " ".join(sentences)
