@@ -83,7 +83,7 @@ def name_direction(direction: Floats, up: Floats) -> str:
     """Return the name of a direction: its degrees around ``up``, and its degrees above the horizon."""
     elevation = np.degrees(np.arcsin(np.clip(np.dot(direction, normalised(up)), -1, 1)))
     sideways, ahead = frame(-normalised(up))
-    azimuth = np.degrees(np.arctan2(direction @ sideways, direction @ ahead)) % 360
+    azimuth = float(np.degrees(np.arctan2(direction @ sideways, direction @ ahead)))
     return f"{round(azimuth) % 360}°, {elevation:+z.0f}°"
 
 
