@@ -6,6 +6,7 @@ import gc
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import drjit as dr
@@ -103,7 +104,7 @@ def light_count_rows(kind: str, announce: Callable[[str], None]) -> list[LightCo
             draw(guided, view)
             grown = resident() - between
             rows.append(LightCountRow(kind, light_count, gain, seconds, [], [], after - before, grown))
-            draws.append((lambda r=plain, v=view: draw(r, v), lambda r=guided, v=view: draw(r, v)))
+            draws.append((partial(draw, plain, view), partial(draw, guided, view)))
         announce(f"{kind} lights: in turn")
         for _ in range(TURNS):
             for row, (draw_plain, draw_guided) in zip(rows, draws, strict=True):
