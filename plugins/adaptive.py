@@ -1,8 +1,9 @@
 """Integrator ``adaptive``: renders a nested integrator with more samples where the picture is complex.
 
-A pilot of cheap rays comes first. The samples of the nested integrator are then drawn in rounds, each allocated by what
-the earlier rounds have shown. ``spp`` is the mean over all pixels. Samples always come from the progressive sampler
-``owen_sobol``; the sensor's sampler only gives the sample count, if ``mi.render`` is given none.
+A few samples in every pixel come first, and cheap rays that only find out what they hit. Further samples of the nested
+integrator are drawn in rounds, each allocated by what was seen so far. ``spp`` is the mean over all pixels. Samples
+always come from the progressive sampler ``owen_sobol``; the sensor's sampler only gives the sample count, if
+``mi.render`` is given none.
 
 Derivatives are those of the nested integrator, taken with its own uniform samples: the allocation is treated as a
 constant, because the expected picture does not depend on it.

@@ -31,7 +31,8 @@ the integrator again. ``hide_emitters`` has no effect.
    - |string|
    - How the rays of a patch are spread: ``guided`` to where the radiance that is seen varies, ``evenly`` in a lattice,
      ``randomly`` as in classical Monte Carlo radiosity, by the rules of the ``paper`` as they are printed, or
-     ``paper_right``, with the energies of its rays made right. (Default: guided for gathering, evenly for shooting)
+     ``paper_right``, with the energies of its rays made right. As they are printed, the result is biased, and a warning
+     says by how much energy. (Default: guided for gathering, evenly for shooting)
  * - threshold, depth
    - |float|, |int|
    - For the paper's rules: the number of faces seen above which a part of a hemisphere is split, and how many times it
@@ -70,14 +71,14 @@ from tracer.radiosity.guide import Guidance, make_guide
 from tracer.radiosity.hemisphere import Division
 from tracer.radiosity.meshing import EXTENT, cut, extent
 from tracer.radiosity.patches import Patches, by_face
-from tracer.radiosity.remarks import remarks
+from tracer.radiosity.remarks import bias_remarks, remarks
 from tracer.radiosity.shooting import ShootingSolution, shoot
 from tracer.radiosity.smooth import Smooth
-from tracer.radiosity.spread import chosen_spread
+from tracer.radiosity.spread import chosen_spread, usual_spread
 from tracer.radiosity.warp import Warp
 
-METHODS, SHOWN = ("gathering", "shooting"), ("gather", "smooth", "patches")
-"""Values of the parameter ``method``, and of the parameter ``show``."""
+SHOWN = "gather", "smooth", "patches"
+"""Values of the parameter ``show``."""
 QUANTITIES = ("radiance", "irradiance")
 """Values of the parameter ``quantity``."""
 Look = Callable[[Any], Any]
@@ -97,14 +98,14 @@ class RadiosityIntegrator(mi.SamplingIntegrator):
         self.method = str(props.get("method", "gathering"))
         self.show = str(props.get("show", "gather"))
         self.quantity = str(props.get("quantity", "radiance"))
-        self.spread = str(props.get("spread", "evenly" if self.method == "shooting" else "guided"))
+        self.spread = str(props.get("spread", usual_spread(self.method)))
         threshold = float(props["threshold"]) if "threshold" in props else None
         depth = int(props["depth"]) if "depth" in props else None
         self.seed = int(props.get("seed", 0))
         if not 0 <= self.size < float("inf") or not 0 < self.residual < 1 or not 1 <= self.rays <= 1 << 20:
             raise SettingsError("radiosity: size must be positive or 0, residual in (0, 1), rays from 1 to 2^20.")
-        if self.method not in METHODS or self.show not in SHOWN:
-            raise SettingsError(f"radiosity: method is one of {', '.join(METHODS)}; show, of {', '.join(SHOWN)}.")
+        if self.show not in SHOWN:
+            raise SettingsError(f"radiosity: show is one of {', '.join(SHOWN)}, not '{self.show}'.")
         if self.quantity not in QUANTITIES:
             raise SettingsError(f"radiosity: quantity is one of {', '.join(QUANTITIES)}, not '{self.quantity}'.")
         self.rules = chosen_spread(self.spread, self.method, threshold, depth)
@@ -129,6 +130,8 @@ class RadiosityIntegrator(mi.SamplingIntegrator):
             self.solution = shoot(patches, self.rays, self.residual, self.seed, self.rules, on_step)
         else:
             self.solution = solve(patches, self.rays, self.residual, self.seed, True, self.rules, on_step)
+        for sentence in bias_remarks(self.solution.energy, self.rules) if on_step is silent else []:
+            mi.Log(mi.LogLevel.Warn, f"radiosity: {sentence}")
         radiosity = self.solution.radiosity
         if self.show == "gather":
             warp = None

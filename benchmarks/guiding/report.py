@@ -3,7 +3,7 @@
 A few million paths of every scene tell what each choice along them has given: of a light, or of a part of a large one,
 of a direction after the first and second vertex, and to go on at all. One half of the paths teaches the best chances in
 cells of space, the other half judges them. Of scenes with rectangular lights, pictures of their direct light tell what
-other places on these lights would gain.
+other places on these lights would gain. Floors under ten to ten thousand lights tell whether their number costs time.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks import harness
+from benchmarks.guiding.light_counts import COUNTS, KINDS, light_count_rows, light_counts_in_words
 from benchmarks.guiding.limits import limits, roulette_limit, weights_of
 from benchmarks.guiding.paths import follow
 from benchmarks.guiding.rectangles import SEEDS as PICTURES
@@ -51,8 +52,8 @@ COLUMNS = ("lights", "parts", "directions 1", "directions 2", "all", "roulette")
 
 RECTANGLE_SIZE, RECTANGLE_SEED = 96, 960
 """Width in pixels of the pictures of direct light, and the first seed of them."""
-NOISE, RECTANGLES = "noise", "rectangles"
-"""Names of the two parts of the results."""
+NOISE, RECTANGLES, LIGHT_COUNTS = "noise", "rectangles", "light counts"
+"""Names of the parts of the results."""
 
 
 @dataclass(frozen=True)
@@ -73,9 +74,10 @@ def report(folder: Path, progress: StepCallback, public: Path, resume: bool = Fa
     KeyboardInterrupt if ``progress`` stops it.
     """
     scenes = openers(public)
-    announce = harness.StepCounter(progress, 2 * len(scenes))
+    announce = harness.StepCounter(progress, 2 * len(scenes) + len(KINDS) * (len(COUNTS) + 1))
     kept = harness.measured_before(folder, resume)
-    numbers: dict[str, list[dict[str, Any]]] = {part: kept.get(part, []) for part in (NOISE, RECTANGLES)}
+    parts = (NOISE, RECTANGLES, LIGHT_COUNTS)
+    numbers: dict[str, list[dict[str, Any]]] = {part: kept.get(part, []) for part in parts}
     for part, function in ((NOISE, measure), (RECTANGLES, measure_rectangles)):
         known = {row["scene"] for row in numbers[part]}
         for name, opener in scenes.items():
@@ -84,6 +86,11 @@ def report(folder: Path, progress: StepCallback, public: Path, resume: bool = Fa
             if row is not None:
                 numbers[part].append(asdict(row))
                 harness.write(folder, numbers, to_page(numbers))
+    known = {row["kind"] for row in numbers[LIGHT_COUNTS]}
+    for kind in KINDS:
+        if kind not in known:
+            numbers[LIGHT_COUNTS] += map(asdict, light_count_rows(kind, announce))
+            harness.write(folder, numbers, to_page(numbers))
 
 
 def openers(public: Path) -> dict[str, Callable[[], Any]]:
@@ -148,7 +155,10 @@ def to_page(numbers: dict[str, list[dict[str, Any]]]) -> str:
     return harness.page(
         "Guiding: where noise comes from",
         f"{introduction}\n\n{markdown_table(HEADINGS, [*cells, means])}",
-        {"Places on rectangular lights": rectangles_in_words(numbers[RECTANGLES])},
+        {
+            "Places on rectangular lights": rectangles_in_words(numbers[RECTANGLES]),
+            "Numbers of lights": light_counts_in_words(numbers[LIGHT_COUNTS]),
+        },
     )
 
 

@@ -1,4 +1,4 @@
-"""Curves of convergence, and pictures from equal numbers of even and guided rays (the paper, figures 11 and 12)."""
+"""Curves of convergence, and pictures of patches."""
 
 from __future__ import annotations
 
@@ -8,17 +8,22 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from benchmarks import harness
-from benchmarks.radiosity.convergence import METHODS, Curve, Method, Place, gathered
+from benchmarks.radiosity.convergence import RAYS, Curve, Place
 from tracer.core.arrays import Floats
 from tracer.core.device import upload
 from tracer.image.colour import encode_srgb
 
 SHOWN = ("evenly", "each for itself, strata", "distinct, strata", "distinct, warp", "entropy, warp", "deviation, warp")
 """Names of the methods whose curves are drawn."""
-FEW = 256
-"""Rays a patch of the pictures that are compared."""
+TICKS, WIDE = (1.0, 2.0, 5.0), 50
+"""Where an axis has labels in each decade, unless its ends have a ratio of more than ``WIDE``: then at its powers."""
+
+
+RAYS_LABEL = "rays a point"
+"""Label of the axis of rays."""
 
 
 def draw_curves(curves: list[Curve], path: Path) -> None:
@@ -29,7 +34,7 @@ def draw_curves(curves: list[Curve], path: Path) -> None:
         for column, scene in enumerate(scenes):
             for name in SHOWN:
                 scene_curves = [curve for curve in curves if curve.scene == scene and curve.method == name]
-                draw_errors(axes[0, column], "rays a point", [curve.traced for curve in scene_curves], scene_curves)
+                draw_errors(axes[0, column], RAYS_LABEL, [curve.traced for curve in scene_curves], scene_curves)
                 draw_errors(axes[1, column], "seconds", [curve.seconds for curve in scene_curves], scene_curves)
             axes[0, column].set_title(scene)
         axes[0, 0].set_ylabel("relative error")
@@ -45,28 +50,13 @@ def draw_errors(axis: Axes, label: str, along: list[float], curves: list[Curve])
     axis.loglog(along, errors.mean(axis=1), marker=".", label=name, **style)
     axis.fill_between(along, errors.min(axis=1), errors.max(axis=1), alpha=0.2, lw=0, color=style.get("color"))
     axis.set_xlabel(label)
-
-
-def draw_both(place: Place, name: str, path: Path) -> None:
-    """Draw patches lit by few evenly spread rays, by as many rays of the method ``name``, and by many rays."""
-    with harness.figure(path, 13, 4.8, dpi=80) as figure:
-        axes = figure.subplots(1, 3)
-        truth = lit(place, place.truth)
-        for axis, method in zip(axes, ("evenly", name), strict=False):
-            result = gathered(place, method_named(method), FEW, 0)
-            assert result is not None
-            error = float(np.sqrt(np.mean((result.irradiance - place.truth) ** 2)) / place.truth.mean())
-            axis.imshow(toned(picture(place, lit(place, result.irradiance)), truth))
-            axis.set_title(f"{method}: {result.rays:.0f} rays a patch, error {error:.3f}")
-        axes[2].imshow(toned(picture(place, truth), truth))
-        axes[2].set_title("many rays")
-        for axis in axes:
-            axis.set_axis_off()
-
-
-def method_named(name: str) -> Method:
-    """Return the method of a name."""
-    return next(method for method in METHODS if method.name == name)
+    for along_axis in (axis.xaxis, axis.yaxis):
+        first, last = along_axis.get_view_interval()
+        along_axis.set_major_locator(LogLocator(subs=TICKS if last < WIDE * first else (1.0,)))
+        along_axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        along_axis.set_minor_formatter(NullFormatter())
+    if label == RAYS_LABEL:
+        axis.set_xticks(RAYS, [str(count) for count in RAYS])
 
 
 def lit(place: Place, irradiance: Floats) -> Floats:

@@ -15,12 +15,12 @@ from tracer.progress import StepCallback
 from tracer.study.gains import Interval
 from tracer.study.tables import bounds, markdown_table
 
-FIGURES = ("convergence.png", "figure_11.png", "figure_12.png")
-"""File names of the figures."""
-FILES = (harness.PAGE, harness.NUMBERS, *FIGURES)
+FIGURE = "convergence.png"
+"""File name of the figure."""
+FILES = (harness.PAGE, harness.NUMBERS, FIGURE)
 """Names of the files that this benchmark writes."""
-CORNELL, SHOWN = "Cornell box", "chandelier"
-"""Scene that is compared with paths, and scene of the pictures."""
+CORNELL = "Cornell box"
+"""Scene that is compared with paths."""
 SOLVED = ("chandelier", "cove", "foliage")
 """Scenes of which whole solutions and pictures are made."""
 VIEWED = (CORNELL, "chandelier", "cove", "foliage")
@@ -61,9 +61,6 @@ def report(folder: Path, progress: StepCallback, resume: bool = False) -> None:
             place = convergence.prepare(example)
             curves += convergence.measure(place, announce)
             measured["uses"] += ablations.uses(place, announce)
-            if example.name == SHOWN:
-                figures.draw_both(place, "deviation, warp", folder / "figure_11.png")
-                figures.draw_both(place, "distinct, warp", folder / "figure_12.png")
         if example.name in SOLVED and measures_solutions:
             measured["solutions"] += solutions.solutions(example, announce)
             measured["pictures"].append(solutions.pictures(example, announce))
@@ -71,12 +68,12 @@ def report(folder: Path, progress: StepCallback, resume: bool = False) -> None:
             measured["views"].append(views.views(example, announce))
     numbers |= {name: rows for name, rows in measured.items() if name not in numbers or rows}
     if measures_curves:
-        figures.draw_curves(curves, folder / "convergence.png")
         numbers |= {"curves": [asdict(curve) for curve in curves], "gains": convergence.gains_over_even(curves)}
     if measures_paths:
         cornell = next(example for example in scenes if example.name == CORNELL)
         numbers["paths"] = solutions.against_paths(cornell, announce)
         numbers["large"] = solutions.large(cornell, announce)
+    figures.draw_curves([Curve(**curve) for curve in numbers["curves"]], folder / FIGURE)
     harness.write(folder, numbers, to_page(numbers))
 
 
@@ -93,7 +90,7 @@ of the faces that are seen. Methods take turns, and time is compared at the same
         f"Gain in the time of {MIDDLE} rays": gain_table(gains, "equal_time"),
         f"Gain of {BEST}, at equal rays / time": f"""
 {best_table(gains)}
-![Error against rays and time](convergence.png)""",
+![Error against rays and time]({FIGURE})""",
         f"Which use is best, at {MIDDLE} rays": f"""
 Gain at equal rays over {ablations.SEEDS} seeds. Floor 0.5, depth 2 and looks 1/16 unless it says otherwise. \
 Everything is guided
@@ -113,14 +110,6 @@ Mean absolute difference of pictures from 2048 paths a pixel, over their mean; a
 
 {path_table(numbers["paths"])}""",
         "Many patches": large_table(numbers["large"]),
-        "As many rays, both ways": """
-As in figure 11 of the paper, with radiance as the guide:
-
-![Figure 11](figure_11.png)
-
-As in figure 12, with the number of faces that a few rays see:
-
-![Figure 12](figure_12.png)""",
     }
     return harness.page("Radiosity", introduction, sections)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -13,7 +14,6 @@ import numpy as np
 from benchmarks.time.ways import CRITERIA, SAMPLERS, Timed, Way, in_turn, open_ways, timed
 from tracer.core.stopwatch import NO_TIME, Seconds
 from tracer.scene.view import Size
-from tracer.session.memory import most_resident
 
 MOST_SAMPLES = 2e7
 """Most samples of a picture that all ways render in turn; beyond that only ours, adaptive, is timed, once."""
@@ -112,3 +112,8 @@ def limited_threads(count: int) -> Iterator[None]:
     finally:
         dr.sync_thread()
         dr.set_thread_count(own_count)
+
+
+def most_resident() -> float:
+    """Return the most bytes of memory that this process has had so far, on Linux."""
+    return 1024.0 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

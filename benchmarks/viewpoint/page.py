@@ -115,7 +115,7 @@ def lit_views(rows: Rows) -> str:
     lines = [
         [
             row["scene"],
-            *(f"{row[way]['entropy']:.2f}" for way in WAYS),
+            *(f"{row[way]['entropy']:z.2f}" for way in WAYS),
             *(f"{100 * row[way]['dark']:.0f} %" for way in WAYS),
         ]
         for row in [*rows, {"scene": "**mean**", **means}]

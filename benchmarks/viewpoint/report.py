@@ -94,7 +94,7 @@ def report(folder: Path, progress: StepCallback, public: Path, resume: bool = Fa
         "Light": (len(lit), lambda announce: lit_views(lit, folder, announce)),
         "Molecules": (len(CRYSTALS + MOLECULES), lambda announce: molecules(public / "molecules", folder, announce)),
         "Pictures": (len(drawings), lambda announce: pictures(opened, folder, announce)),
-        "Large files": (large.step_count(), large.large_files),
+        "Large files": (large.step_count(), lambda announce: large.large_files(public / "molecules", announce)),
     }
     announce = harness.StepCounter(progress, sum(steps for name, (steps, _) in parts.items() if name not in kept))
     sections = {name: kept[name] if name in kept else part(announce) for name, (_, part) in parts.items()}
@@ -278,7 +278,7 @@ def own_map(context: ViewContext) -> None:
 
 DRAWINGS: dict[str, tuple[str, Callable[[ViewContext], object]]] = {
     "measures-bunny": ("bunny.ply", lambda context: measure(context, SHOWN_MEASURES, 2)),
-    "tour-spot": ("spot.obj", lambda context: tour(context, "entropy", 40, 6.0, Film(81, 200))),
+    "tour-spot": ("spot.obj", lambda context: tour(context, "entropy", 40, 6.0, Film(71, 640))),
     "map-staircase2": ("staircase2", own_map),
     "cover-teapot": ("teapot.ply", lambda context: cover_report(context, 2, 0.5, "entropy", None, 0.98)),
 }

@@ -9,6 +9,7 @@ import tracer
 from tracer import criteria
 from tracer.cli.app import app
 from tracer.image.objective import OBJECTIVES
+from tracer.radiosity.spread import METHODS, SPREADS
 from tracer.study import bundled
 from tracer.viewpoint import measures
 
@@ -43,6 +44,21 @@ def test_the_help_of_views_is_one_screen_and_all_options_are_another(tracer_prog
     assert {option for option in options if option not in everything} == set()
     assert len(re.findall(r"--[a-z-]+", everything)) > len(re.findall(r"--[a-z-]+", out)) + 8
     assert tracer_program("view", name, "--help")[1] == out
+
+
+def test_the_help_of_radiosity_is_one_screen_and_all_options_are_another(tracer_program, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setattr("typer.rich_utils.MAX_WIDTH", 80)
+    code, out, _ = tracer_program("radiosity", "--help")
+    lines = out.splitlines()
+    assert (code, len(lines) <= 49, max(map(len, lines)) <= 80, "…" in out) == (0, True, True, False)
+    assert set(SPREADS) | set(METHODS) <= set(re.split(r"[^\w]+", out))
+    everything = tracer_program("radiosity", "--help-all")[1]
+    parameters = typer.main.get_command(app).commands["radiosity"].params
+    options = {option for parameter in parameters for option in parameter.opts if option[:2] == "--"}
+    assert {option for option in options if option not in everything} == set()
+    assert "--threshold" not in out
+    assert tracer_program("radiosity", "--help")[1] == out
 
 
 def render_parameters():

@@ -1,6 +1,7 @@
 """Command ``radiosity``: what it writes, and one sentence for a mistake."""
 
 import csv
+import re
 
 import meshio
 import numpy as np
@@ -56,6 +57,23 @@ def test_a_picture_and_what_it_took(tmp_path, shown):
     assert middle == pytest.approx(np.full(3, 9 * 0.5 * factor), rel=0.03)
 
 
+@pytest.mark.parametrize("method", ["gathering", "shooting"])
+def test_the_bias_of_the_rules_of_the_paper_is_told(tmp_path, method):
+    few = ["--spp", 1, "--rays", 64, "--patch", 1, "--depth", 0, "--method", method]
+    said = call(scene(tmp_path), "-o", tmp_path / "out.exr", "--spread", "paper", *few)
+    # Area times cosine is 2 / sqrt(3) of the energy; patches that send little have fewer rays than octants.
+    assert re.search(r"carry 115\.\d % of their energy by the paper's rules: the result is biased\.", said)
+    assert "biased" not in call(scene(tmp_path), "-o", tmp_path / "right.exr", "--spread", "paper_right", *few)
+
+
+def test_what_is_done_is_said_before_it_begins(tmp_path, monkeypatch):
+    said = []
+    monkeypatch.setattr("tracer.cli.progress.Steps.begin", lambda _, text: said.append(text))
+    monkeypatch.setattr("tracer.core.backend.activate", lambda: said.append("activated"))
+    call(scene(tmp_path), "-o", tmp_path / "out.exr", "--spp", 1, "--rays", 4, "--patch", 1)
+    assert said[:3] == ["Starting Mitsuba", "activated", "Opening scene.xml"]
+
+
 def test_what_is_not_diffuse_is_named_or_refused(tmp_path):
     rough = scene(tmp_path, '<bsdf type="roughplastic"/>')
     few = ["--spp", 1, "--rays", 4, "--patch", 1]
@@ -82,6 +100,8 @@ def test_media_are_named_or_refused(tmp_path):
     [
         (["--patch", "0"], "", "is a length above 0"),
         (["--residual", "2"], "", "share between 0 and 1"),
+        (["--method", "paper"], "", "not 'paper'; 'paper' is a way to spread rays: "),
+        (["--spread", "papr"], "", "spread is one of guided, evenly, randomly, paper, paper_right"),
         (["--sensor", "3"], "", "sensor"),
         (["--patch", "0.01", "--rays", "1048576"], "", "allow longer edges of patches, or fewer rays"),
         ([], '<shape type="linearcurve" id="hair"><string name="filename" value="hair.txt"/></shape>', "none: 'hair'"),

@@ -75,6 +75,16 @@ def test_some_measures_of_surfaces_of_a_kind(scene, tmp_path):
     assert values <= {1, 2}
 
 
+@pytest.mark.parametrize("more", [["--weight", "ball=5"], ["--by-light"]])
+def test_all_measures_that_weights_allow(more, scene, tmp_path, monkeypatch):
+    monkeypatch.setattr("tracer.viewpoint.reports.measure.SHOWN", 1)  # to draw takes longest
+    names = ["curvature_entropy", "depth_stability", "maximum_depth", "visible"]
+    monkeypatch.setattr("tracer.viewpoint.measures.names", lambda: names)
+    call("measure", scene, "-o", tmp_path / "out", "--level", 0, *more, *FEW)
+    with open(tmp_path / "out" / "views.csv", newline="") as file:
+        assert set(next(csv.DictReader(file))) == {"x", "y", "z", "visible"}
+
+
 def test_best_writes_a_camera_that_mitsuba_sees_the_same_with(scene, tmp_path):
     said = call("best", scene, "-o", tmp_path / "out", "--level", 1, "--side", 64)
     assert all(search in said for search in ("paper", "octants", "exhaustive"))
@@ -325,6 +335,15 @@ def test_a_room_is_looked_at_from_inside(interior, tmp_path):
         with pytest.raises(TracerError, match=said):
             call("best", interior, *more, "-o", tmp_path / "none", *FEW)
     assert not (tmp_path / "none").exists()
+
+
+@pytest.mark.parametrize(("command", "more"), [("measure", ["-m", "visible"]), ("cover", [])])
+def test_that_a_room_is_looked_at_from_outside_is_said(command, more, interior, scene, tmp_path):
+    few = ["--level", 0, "--side", 32, "--surfaces", "shape", *more]
+    sentence = "The scene is a room, and is looked at from outside here"
+    assert call(command, interior, "-o", tmp_path / "room", *few).count(sentence) == 1
+    assert sentence not in call(command, interior, "-o", tmp_path / "far", "--distance", 20, *few)
+    assert sentence not in call(command, scene, "-o", tmp_path / "thing", *few)
 
 
 def test_a_tour_inside(interior, tmp_path):

@@ -60,8 +60,30 @@ def test_wrong_parameters(wrong):
 
 
 def test_wrong_words():
-    with pytest.raises((SettingsError, RuntimeError), match="show, of gather, smooth, patches"):
+    with pytest.raises((SettingsError, RuntimeError), match="show is one of gather, smooth, patches, not 'nothing'"):
         mi.load_dict({"type": "radiosity", "show": "nothing"})
+    with pytest.raises((SettingsError, RuntimeError), match="'paper' is a way to spread rays: spread=paper"):
+        mi.load_dict({"type": "radiosity", "method": "paper"})
+
+
+@pytest.mark.parametrize("method", ["gathering", "shooting"])
+@pytest.mark.parametrize("spread", ["randomly", "paper_right", "paper"])
+def test_the_rays_of_the_paper_are_drawn_and_their_bias_is_told(box, expected, spread, method, capfd):
+    settings = {"size": 0.4, "rays": 1024, "residual": 1e-3, "spread": spread, "method": method, "show": "patches"}
+    integrator = mi.load_dict({"type": "radiosity", **settings})
+    found = mi.render(box, integrator=integrator, spp=32).numpy()
+    mi.render(box, integrator=integrator, spp=1)
+    written = capfd.readouterr()
+    biased = (
+        f"carry {100 * integrator.solution.energy:.1f} % of their energy by the paper's rules: the result is biased."
+    )
+    assert (written.out + written.err).count(biased) == (spread == "paper")
+    brightness = found.mean() / expected.mean()
+    if spread == "paper":
+        assert integrator.solution.energy > 1.02
+        assert 1.01 < brightness < 1.2
+    else:
+        assert brightness == pytest.approx(1, rel=0.02)
 
 
 def test_round_shapes():

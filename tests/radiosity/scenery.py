@@ -6,6 +6,7 @@ import numpy as np
 
 from tracer.radiosity.groups import Points
 from tracer.radiosity.hemisphere import NOTHING
+from tracer.radiosity.meshing import cell_centres
 
 GENERATOR = np.random.default_rng(1)
 NORMALS = GENERATOR.normal(size=(7, 3))
@@ -71,3 +72,35 @@ def furnace(albedo):
     return mi.load_dict(
         {"type": "scene", "c": {"type": "cube", "flip_normals": True, "bsdf": bsdf, "emitter": emitter}}
     )
+
+
+HIGH = np.array([[0, 0, 0.5], [1, 0, 0.5], [0, 1, 0.5]])
+"""Corners of the upper of ``two_triangles``."""
+UPWARDS = np.array([0.0, 0, 1])
+
+
+def two_triangles():
+    """Return a scene of a triangle that emits 2 and faces up, and of one above that faces down; both reflect 0.6."""
+    return mi.load_dict({"type": "scene", "low": triangle(0.0, 1, 2.0), "high": triangle(0.5, -1)})
+
+
+def mean_form_factor(outside):
+    """Return the mean over places of the lower of ``two_triangles`` of what of their light the upper receives."""
+    places = np.pad(cell_centres(40), ((0, 0), (0, 1))) + outside
+    return np.mean([form_factor(place, UPWARDS, HIGH) for place in places])
+
+
+def triangle(height, facing, emitter=None):
+    """Return a triangle at a height, which faces up or down."""
+    corners = np.array([[0, 0, height], [1, 0, height], [0, 1, height]], np.float32)
+    properties = mi.Properties()
+    grey = {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.6}}
+    properties["bsdf"] = mi.load_dict(grey)
+    if emitter:
+        properties["emitter"] = mi.load_dict({"type": "area", "radiance": {"type": "rgb", "value": emitter}})
+    mesh = mi.Mesh(f"at {height}", 3, 1, props=properties)
+    parameters = mi.traverse(mesh)
+    parameters["vertex_positions"] = corners.ravel()
+    parameters["faces"] = np.array([0, 1, 2] if facing > 0 else [0, 2, 1], np.uint32)
+    parameters.update()
+    return mesh

@@ -7,10 +7,10 @@ import pytest
 from tracer.errors import SceneError
 from tracer.radiosity.gathering import solve
 from tracer.radiosity.guide import Guidance
-from tracer.radiosity.meshing import cell_centres, cut
+from tracer.radiosity.meshing import cut
 from tracer.radiosity.shooting import brightest, shoot
 
-from .scenery import form_factor
+from .scenery import HIGH, UPWARDS, form_factor, mean_form_factor, two_triangles
 from .test_gathering import furnace
 
 COMPLEX = Guidance("distinct", 4)
@@ -67,36 +67,17 @@ def test_the_brightest_are_chosen():
     assert brightest(np.ones(4)).tolist() == [0, 1]
 
 
-def triangle(height, facing, emitter=None):
-    """Return a triangle at a height, which faces up or down."""
-    corners = np.array([[0, 0, height], [1, 0, height], [0, 1, height]], np.float32)
-    properties = mi.Properties()
-    grey = {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.6}}
-    properties["bsdf"] = mi.load_dict(grey)
-    if emitter:
-        properties["emitter"] = mi.load_dict({"type": "area", "radiance": {"type": "rgb", "value": emitter}})
-    mesh = mi.Mesh(f"at {height}", 3, 1, props=properties)
-    parameters = mi.traverse(mesh)
-    parameters["vertex_positions"] = corners.ravel()
-    parameters["faces"] = np.array([0, 1, 2] if facing > 0 else [0, 2, 1], np.uint32)
-    parameters.update()
-    return mesh
-
-
 def test_two_patches_exchange_as_the_closed_form_has_it():
     """B1 = E + rho F B2, B2 = rho F B1, with the form factor F from the middle of a patch to the other for gathering.
 
     Rays that shoot leave from all over a patch: F is the mean over its places.
     """
-    patches = cut(mi.load_dict({"type": "scene", "low": triangle(0.0, 1, 2.0), "high": triangle(0.5, -1)}))
+    patches = cut(two_triangles())
     assert len(patches) == 2
     low = int(patches.emitted.max(axis=1).argmax())
-    corners = np.array([[0, 0, 0.5], [1, 0, 0.5], [0, 1, 0.5]])
-    up = np.array([0.0, 0, 1])
-    outside = up * patches.points.outside
-    factor = form_factor(patches.centres[low] + outside, up, corners)
-    places = np.pad(cell_centres(40), ((0, 0), (0, 1))) + outside
-    mean_factor = np.mean([form_factor(place, up, corners) for place in places])
+    outside = UPWARDS * patches.points.outside
+    factor = form_factor(patches.centres[low] + outside, UPWARDS, HIGH)
+    mean_factor = mean_form_factor(outside)
     assert mean_factor < 0.97 * factor
     emitted = 2 * np.pi
     gathered = solve(patches, 1 << 20, 1e-9).radiosity[:, 0]

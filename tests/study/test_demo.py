@@ -20,8 +20,14 @@ def test_uniform_sampling_gets_the_time_of_the_adaptive_picture():
 @pytest.mark.parametrize(
     ("errors", "clauses"),
     [
-        ((0.006, 0.003, 0.002), ("3.00 times less relMSE with as many", "1.50 times less in the same time.")),
-        ((0.006, 0.001, 0.002), ("3.00 times less relMSE with as many", "2.00 times more in the same time.")),
+        (
+            (0.006, 0.003, 0.002),
+            ("3.00 times less squared", "1.50 times less in the same time."),
+        ),
+        (
+            (0.006, 0.001, 0.002),
+            ("3.00 times less squared", "2.00 times more in the same time."),
+        ),
     ],
 )
 def test_a_loss_is_said_as_well_as_a_gain(errors, clauses):
@@ -32,6 +38,20 @@ def test_a_loss_is_said_as_well_as_a_gain(errors, clauses):
     sentence = in_words(lines)
     assert all(clause in sentence for clause in clauses)
     assert "(in 2.0 s instead of 1.0 s)" in sentence
+
+
+@pytest.mark.parametrize(
+    ("similarity", "difference", "end"),
+    [
+        (0.99, 0.01, "in the same time."),
+        (0.97, 0.01, "in the same time; by SSIM the uniform picture of the same time is better."),
+        (0.97, 0.03, "in the same time; by SSIM and FLIP the uniform picture of the same time is better."),
+    ],
+)
+def test_what_other_metrics_say_against_it_is_said(similarity, difference, end):
+    uniform = DemoRow("uniform", Scores(0, 0.006, 0, 0, 0.98, 0.02, 0), 1, 1.0)
+    adaptive = DemoRow("fused", Scores(0, 0.002, 0, 0, similarity, difference, 0), 1, 1.0)
+    assert in_words([uniform, uniform, adaptive]).endswith(end)
 
 
 def test_panels_stand_in_rows(tmp_path):

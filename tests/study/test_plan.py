@@ -172,6 +172,7 @@ def test_a_method_of_a_study_is_what_a_render_with_the_same_words_is():
     assert plain.pop("guide") is False  # criteria are compared with each other, and with uniform samples
     for name, value in plain.items():
         assert value == Settings.model_fields[name].get_default(call_default_factory=True), name
+    assert MethodPlan(name="x", criterion="fused", guide="auto").settings()["guide"] is None
     for name in names():
         methods = [method.model_dump_json(exclude={"name"}) for method in find_plan(name, Path()).methods]
         assert len(set(methods)) == len(methods)

@@ -70,7 +70,11 @@ COMMANDS = (
     info.info,
 )
 """All commands but those of ``view``."""
-EPILOGS = {render.render: f"Criteria: {options.CRITERIA}", compare.compare: f"Criteria: {options.CRITERIA}"}
+EPILOGS = {
+    render.render: f"Criteria: {options.CRITERIA}",
+    compare.compare: f"Criteria: {options.CRITERIA}",
+    radiosity.radiosity: f"Ways to spread rays: {options.SPREADS}",
+}
 """Texts below the help of commands."""
 for function in COMMANDS:
     app.command(epilog=EPILOGS.get(function))(after_check(function))

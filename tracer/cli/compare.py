@@ -51,13 +51,16 @@ def compare(
 
     Example: tracer compare scene.xml --spp 16 64
     """
+    from tracer.cli.progress import steps
     from tracer.criteria import name_of
     from tracer.study.plan import make_plan
     from tracer.study.toml_location import Origin
 
     spps = spp or [64]
     scene_settings = {"sensor": sensor} | ({"integrator": integrator} if integrator else {})
-    sizes = {scene: size or smaller_width(scene, sensor) for scene in scenes}
+    with steps(quiet) as progress:
+        progress.begin("Starting Mitsuba")
+        sizes = {scene: size or smaller_width(scene, sensor) for scene in scenes}
     if not quiet and (smaller := {str(width) for width in sizes.values() if width and not size}):
         typer.echo(f"Pictures are {' or '.join(smaller)} pixels wide; --size chooses another width, and takes longer.")
     criterion_files = {name_of(name): name for name in criterion or ["fused"]}

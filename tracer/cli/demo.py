@@ -28,9 +28,11 @@ def demo(
 
     from tracer.cli.progress import steps
     from tracer.cli.show import simple_table
-    from tracer.study.demo import HEADINGS, in_words, run_demo
 
     with steps(quiet) as progress:
+        progress.begin("Starting Mitsuba")
+        from tracer.study.demo import HEADINGS, in_words, run_demo
+
         progress.begin("Opening the scene")
         lines = run_demo(picture, table, progress)
     if not quiet:

@@ -13,11 +13,14 @@ import typer
 
 
 class Panel:
-    """Headings under which help groups options: those of ``render``, and then those of ``view``."""
+    """Headings under which help groups options: those of ``render``, of ``radiosity``, and then those of ``view``."""
 
     STOP = "When to stop, and how to go on"
     WHERE = "Where the samples go"
     WHO = "Who draws them"
+
+    LUX = "Illuminance and patches"
+    SOLUTION = "How the light of patches is solved"
 
     MEASURE = "What is measured"
     SURFACES = "What counts as a surface"
@@ -46,6 +49,12 @@ CRITERIA = names_in("criteria", "criterion")
 """Names of all criteria, for help."""
 OBJECTIVES = "relative, absolute or display"
 """Names of all objectives, for help."""
+
+SPREADS = """
+guided (usual for gathering), evenly (usual for shooting), randomly,
+paper (the paper's rules as printed), paper_right (with energies made right)
+"""
+"""How the rays of patches can be spread, for help."""
 
 
 def advanced(

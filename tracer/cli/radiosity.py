@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
@@ -10,26 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from tracer.cli import options
-
-TOLERABLE = 1e-3
-"""Share of the energy by which rays may be off before a person is told."""
-
-
-class Method(StrEnum):
-    """How the radiosity of patches is solved."""
-
-    gathering = "gathering"
-    shooting = "shooting"
-
-
-class Spread(StrEnum):
-    """How the rays of a patch are spread over its hemisphere."""
-
-    guided = "guided"
-    evenly = "evenly"
-    randomly = "randomly"
-    paper = "paper"
-    paper_right = "paper_right"
+from tracer.cli.options import Panel, advanced, basic
 
 
 class Shown(StrEnum):
@@ -42,45 +24,58 @@ class Shown(StrEnum):
 
 def radiosity(
     scene: Annotated[Path, typer.Argument(help="Mitsuba scene file (XML), or a mesh.", show_default=False)],
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Picture to write: .exr or .png.")] = None,
+    output: Annotated[Path | None, basic("Picture, .exr or .png.", name="--output", short="-o", metavar="FILE")] = None,
+    overwrite: options.Overwrite = False,
+    size: options.Width = None,
+    spp: Annotated[int, basic("Mean samples per pixel. (64)", metavar="N", min=1, max=1 << 24)] = 64,
+    seed: Annotated[int, advanced("Seed of the samples. (0)", metavar="N", min=0)] = 0,
+    sensor: Annotated[int, advanced("Number of the scene's sensor, from 0. (0)", metavar="N")] = 0,
+    layers: Annotated[
+        str | None, advanced("rgb: an EXR without layers. (all)", name="--layers", metavar="all|rgb")
+    ] = None,
+    strict: Annotated[bool, advanced("Refuse materials that are not diffuse, and media.", name="--strict")] = False,
+    quiet: options.Quiet = False,
+    help_all: options.HelpAll = False,
     illuminance: Annotated[
         list[Path] | None,
-        typer.Option(help="Illuminance in lux: .png (false colours), .exr or .csv (by surface); may be repeated."),
+        basic("In lux: .png (false colours), .exr or .csv; may be repeated.", Panel.LUX, metavar="FILE"),
     ] = None,
-    logarithmic: Annotated[bool, typer.Option("--logarithmic", help="Make the scale of false colours so.")] = False,
+    logarithmic: Annotated[
+        bool, advanced("Make the scale of false colours logarithmic.", Panel.LUX, name="--logarithmic")
+    ] = False,
     ends: Annotated[
         str | None,
-        typer.Option("--range", metavar="LEAST,MOST", help="Ends of the scale in lux, to compare pictures: 0,500."),
+        advanced("Ends of that scale in lux, such as 0,500.", Panel.LUX, name="--range", metavar="LEAST,MOST"),
     ] = None,
     efficacy: Annotated[
-        float | None,
-        typer.Option(help="Lumens in a unit of light: 1 for scenes in lumens. (683)", show_default=False),
+        float | None, advanced("Lumens in a unit of light: 1 for scenes in lumens. (683)", Panel.LUX, metavar="X")
     ] = None,
     export: Annotated[
         list[Path] | None,
-        typer.Option(help="Patches to write: .vtu (ParaView) or .glb (glTF); may be repeated."),
+        basic("Patches: .vtu (ParaView) or .glb (glTF); may be repeated.", Panel.LUX, metavar="FILE"),
     ] = None,
-    patch: Annotated[float | None, typer.Option(help="Longest edge of a patch. (a 40th of the extent)")] = None,
-    rays: Annotated[int, typer.Option(help="Rays that every patch gathers with.", min=1, max=1 << 20)] = 256,
-    residual: Annotated[float, typer.Option(help="Share of the power the last round may change.")] = 1e-5,
-    method: Annotated[Method, typer.Option(help="How radiosity is solved.")] = Method.gathering,
+    patch: Annotated[
+        float | None, basic("Longest edge of a patch. (a 40th of the extent)", Panel.SOLUTION, metavar="LENGTH")
+    ] = None,
+    rays: Annotated[int, basic("Rays of every patch. (256)", Panel.SOLUTION, metavar="N", min=1, max=1 << 20)] = 256,
+    residual: Annotated[
+        float, advanced("Share of the power that the last round may change. (1e-5)", Panel.SOLUTION, metavar="X")
+    ] = 1e-5,
+    method: Annotated[str, basic("gathering or shooting. (gathering)", Panel.SOLUTION, metavar="NAME")] = "gathering",
     show: Annotated[
-        Shown, typer.Option(help="Light gathered anew, or patches smoothed or as they are.")
+        Shown,
+        basic("gather (light gathered anew), smooth or patches. (gather)", Panel.SOLUTION, metavar="NAME"),
     ] = Shown.gather,
     spread: Annotated[
-        Spread | None,
-        typer.Option(help="How rays are spread. (guided for gathering, evenly for shooting)", show_default=False),
+        str | None,
+        basic("How rays are spread, a name below.", Panel.SOLUTION, metavar="NAME"),
     ] = None,
-    threshold: Annotated[float | None, typer.Option(help="Faces seen above which --spread paper splits. (2.5)")] = None,
-    depth: Annotated[int | None, typer.Option(help="How many times --spread paper splits, 0 to 4. (1)")] = None,
-    strict: Annotated[bool, typer.Option("--strict", help="Refuse materials that are not diffuse, and media.")] = False,
-    spp: Annotated[int, typer.Option(help="Mean samples per pixel.", min=1, max=1 << 24)] = 64,
-    seed: Annotated[int, typer.Option(help="Seed of the samples.", min=0)] = 0,
-    sensor: options.Sensor = 0,
-    size: options.Width = None,
-    layers: options.Layers = None,
-    overwrite: options.Overwrite = False,
-    quiet: options.Quiet = False,
+    threshold: Annotated[
+        float | None, advanced("Faces seen above which --spread paper splits. (2.5)", Panel.SOLUTION, metavar="X")
+    ] = None,
+    depth: Annotated[
+        int | None, advanced("How many times --spread paper splits, 0 to 4. (1)", Panel.SOLUTION, metavar="N")
+    ] = None,
 ) -> None:
     """Solve the radiosity of a scene of diffuse surfaces, and show it with its camera.
 
@@ -92,14 +87,9 @@ def radiosity(
     from tracer.cli import illuminance as lighting
     from tracer.cli import signals
     from tracer.cli.progress import steps, watch
-    from tracer.core import backend
-    from tracer.errors import SceneError, SettingsError
+    from tracer.errors import SettingsError
     from tracer.io import atomic
     from tracer.io.exr import chosen_layers
-    from tracer.radiosity.remarks import other_than_diffuse, remarks, with_media
-    from tracer.scene.loaded import load_scene
-    from tracer.session.render import render_request
-    from tracer.session.request import PictureFile, Request
 
     if output is not None:
         atomic.check_output(output, overwrite)
@@ -110,34 +100,24 @@ def radiosity(
         raise SettingsError(f"The edge of a patch is a length above 0, not {patch:g}.")
     if not 0 < residual < 1:
         raise SettingsError(f"The residual is a share between 0 and 1, not {residual:g}.")
-    backend.activate()
-    import mitsuba as mi
-
-    from tracer.radiosity.spread import chosen_spread
-    from tracer.viewpoint.showcase import is_mesh_file, showcase
-
-    default_spread = Spread.evenly if method is Method.shooting else Spread.guided
-    chosen_spread((spread or default_spread).value, method.value, threshold, depth)  # refuses what cannot be
-
-    loaded_scene = showcase(scene) if is_mesh_file(scene) else load_scene(scene)
-    loaded = loaded_scene.scene
-    if strict and (not_diffuse := other_than_diffuse(loaded)):
-        raise SceneError(f"Parts of '{scene}' are not diffuse: {', '.join(not_diffuse)}; leave out --strict.")
-    if strict and (media := with_media(loaded)):
-        raise SceneError(f"Radiosity leaves out the media of '{scene}': {', '.join(media)}; leave out --strict.")
     parameters: dict[str, Any] = {"size": patch or 0.0, "rays": rays, "residual": residual, "seed": seed}
-    given = {"spread": spread and spread.value, "threshold": threshold, "depth": depth}
-    parameters |= {"method": method.value, "show": show.value}
+    given = {"spread": spread, "threshold": threshold, "depth": depth}
+    parameters |= {"method": method, "show": show.value}
     parameters |= {name: value for name, value in given.items() if value is not None}
-    integrator = mi.load_dict({"type": "radiosity", **parameters})
     with steps(quiet) as bar:
+        bar.begin("Starting Mitsuba")
+        from tracer.session.render import render_request
+        from tracer.session.request import PictureFile, Request
+
+        loaded_scene, integrator = opened(scene, parameters, strict, bar.begin)
 
         def on_step(text: str, done: int, total: int) -> None:
             if not bar(text, done, total):
                 raise KeyboardInterrupt
 
-        integrator.prepare_scene(loaded, on_step)
-    for sentence in [] if quiet else remarks(loaded):
+        integrator.prepare_scene(loaded_scene.scene, on_step)
+        from tracer.radiosity.remarks import bias_remarks, remarks
+    for sentence in [] if quiet else remarks(loaded_scene.scene):
         typer.echo(sentence, err=True)
     request = Request(loaded_scene, {"spp": spp, "seed": seed}, sensor=sensor, integrator=integrator, size=size)
     complete = True
@@ -155,7 +135,36 @@ def radiosity(
             f"{solution.rays / 1e6:.1f} million rays, {solution.rounds} rounds, "
             f"residual {solution.residual:.1e}; {', '.join(written)}"
         )
-        if abs(getattr(solution, "energy", 1.0) - 1) > TOLERABLE:
-            typer.echo(f"The rays of a patch carry {100 * solution.energy:.1f} % of its energy: the result is biased.")
+        for sentence in bias_remarks(solution.energy, integrator.rules):
+            typer.echo(sentence)
     if not complete:
         raise typer.Exit(signals.exit_code())
+
+
+def opened(path: Path, parameters: dict[str, Any], strict: bool, stage: Callable[[str], None]) -> tuple[Any, Any]:
+    """Return a scene, and the integrator that is to solve it.
+
+    ``parameters``: of the integrator. ``strict``: whether what radiosity cannot show is refused. ``stage`` hears what
+    is being done. Raises SettingsError for parameters that cannot be, and SceneError.
+    """
+    from tracer.core import backend
+    from tracer.errors import SceneError
+
+    backend.activate()
+    import mitsuba as mi
+
+    from tracer.radiosity.remarks import other_than_diffuse, with_media
+    from tracer.radiosity.spread import chosen_spread, usual_spread
+    from tracer.scene.loaded import load_scene
+    from tracer.viewpoint.showcase import is_mesh_file, showcase
+
+    method, spread = parameters["method"], parameters.get("spread")
+    chosen_spread(spread or usual_spread(method), method, parameters.get("threshold"), parameters.get("depth"))
+    stage(f"Opening {path.name}")
+    loaded_scene = showcase(path) if is_mesh_file(path) else load_scene(path)
+    scene = loaded_scene.scene
+    if strict and (not_diffuse := other_than_diffuse(scene)):
+        raise SceneError(f"Parts of '{path}' are not diffuse: {', '.join(not_diffuse)}; leave out --strict.")
+    if strict and (media := with_media(scene)):
+        raise SceneError(f"Radiosity leaves out the media of '{path}': {', '.join(media)}; leave out --strict.")
+    return loaded_scene, mi.load_dict({"type": "radiosity", **parameters})

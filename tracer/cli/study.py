@@ -50,9 +50,11 @@ def measure(plan: Plan, output: Path, overwrite: bool, quiet: bool, cluster: int
     """Run a plan, showing progress, print its tables, and return them. Raises StudyError if any cell failed."""
     from tracer.cli.progress import steps
     from tracer.cli.show import study_tables
-    from tracer.study.run import run_study
 
     with steps(quiet) as progress:
+        progress.begin("Starting Mitsuba")
+        from tracer.study.run import run_study
+
         progress.begin("Opening the scenes")
         results = run_study(plan, output, progress, overwrite, cluster)
     if not quiet:

@@ -1,8 +1,8 @@
 """The radiosity of all patches, B = E + rho H, from gathering over and over.
 
 The rays of a patch are traced once, and their hits are stored. A round is then B <- E + rho / pi sum w_j B(hit j), for
-all patches at once. The weights w_j of a patch add up to no more than pi, so a round multiplies the change by no more
-than the largest albedo.
+all patches at once. The weights w_j of a patch add up to pi, so a round multiplies the change by no more than the
+largest albedo; only by the paper's rules they may add up to more.
 
 With guidance, a sixteenth of the rays is spread evenly for a rough solution, as many rays (twice as many in small
 groups) look at it, and the others are sent where it varies. The rays of the rough solution are not used again: the
@@ -209,18 +209,32 @@ def finish(
         following = patches.emitted + patches.albedo * irradiance
         moved = float(np.sum(patches.areas[:, None] * np.abs(following - radiosity))) / max(supplied, 1e-300)
         if done >= HOPE and moved > COARSE and rounds_left(moved, moved / change, residual) > MOST_ROUNDS:
-            raise SceneError(
-                f"Light goes to and fro for ever: a round does {100 * moved / change:.2f} % of the one before. "
-                f"The largest albedo is {patches.albedo.max():.4g}; make it less than 1, or let some light out."
-            )
+            of_the_last = f"a round does {100 * moved / change:.2f} % of the one before"
+            raise SceneError(endless(of_the_last, patches, energy_of(patches, traced)))
         change, radiosity, done = moved, following, done + 1
         on_step(f"round {done}: {change:.1e} of the power moved", min(done, MOST_ROUNDS - 1), MOST_ROUNDS)
+    rays = (traced.rays + extra_rays) * len(patches)
+    return Solution(radiosity, irradiance, change, done, rays, guided, energy_of(patches, traced))
+
+
+def energy_of(patches: Patches, traced: Traced) -> float:
+    """Return the mean over patches of the sum of the weights of their rays."""
     wide = dr.float64_array_t(mi.Float)
     energies = [
         dr.width(hit) * float(dr.mean(wide(weight))[0]) for hit, weight in zip(traced.hits, traced.weights, strict=True)
     ]
-    rays = (traced.rays + extra_rays) * len(patches)
-    return Solution(radiosity, irradiance, change, done, rays, guided, sum(energies) / len(patches))
+    return sum(energies) / len(patches)
+
+
+def endless(finding: str, patches: Patches, energy: float) -> str:
+    """Return the sentence that light does not come to an end, with what was found and what can be done.
+
+    ``energy``: what the rays of a patch carry, as a share of its energy.
+    """
+    remedy = "make it less than 1, or let some light out"
+    if energy > 1 + 1e-3:
+        remedy = f"by the paper's rules rays carry {100 * energy:.1f} % of the energy there is; choose paper_right"
+    return f"Light goes to and fro for ever: {finding}. The largest albedo is {patches.albedo.max():.4g}; {remedy}."
 
 
 def rounds_left(change: float, ratio: float, residual: float) -> float:

@@ -1,4 +1,4 @@
-"""Remarks on the parts of a scene that radiosity changes or leaves out: it treats every surface as diffuse."""
+"""Remarks on what radiosity changes or leaves out of a scene, as it treats all as diffuse, and on biased solutions."""
 
 from __future__ import annotations
 
@@ -6,8 +6,13 @@ from collections import Counter
 from typing import Any
 
 from tracer.radiosity.albedo import not_diffuse
+from tracer.radiosity.paper import PaperRules
+from tracer.radiosity.spread import Spread
 from tracer.radiosity.tessellate import name_of
 from tracer.scene.shape_names import material_name
+
+TOLERABLE = 1e-3
+"""Share of the energy by which rays may be off before a person is told."""
 
 
 def remarks(scene: Any) -> list[str]:
@@ -44,3 +49,15 @@ def counted(shapes: Any) -> list[str]:
     """
     counts = Counter(name_of(shape) for shape in shapes)
     return [name if count == 1 else f"{count} times {name}" for name, count in sorted(counts.items())]
+
+
+def bias_remarks(energy: float, spread: Spread) -> list[str]:
+    """Return the sentence that a solution is biased, if it is: its rays follow the paper's rules as they are printed.
+
+    ``energy``: what the rays carried, as a share of the energy there is.
+    """
+    if not isinstance(spread, PaperRules) or spread.right or abs(energy - 1) <= TOLERABLE:
+        return []
+    return [
+        f"The rays of patches carry {100 * energy:.1f} % of their energy by the paper's rules: the result is biased."
+    ]

@@ -3,7 +3,8 @@
 A step takes the patches with the most unsent power, which have half of all unsent power together, and sends their
 power along rays of about equal power, which leave from all over the patch. A ray of triangle T carries
 Phi Omega'_T / (pi n_T), so that a patch sends exactly its power Phi: all emitted power is absorbed, lost or still
-unsent, within the rounding of double precision.
+unsent, within the rounding of double precision. By the paper's rules for rays this does not hold: as they are printed,
+a patch sends more or less than its power, and with the energies made right it sends its power on average.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from tracer.core.hashing import mix
 from tracer.errors import SceneError
 from tracer.progress import StepCallback
 from tracer.radiosity.direct import silent
-from tracer.radiosity.gathering import COARSE, HOPE, paper_way, refuse_too_many, trace
+from tracer.radiosity.gathering import COARSE, HOPE, endless, paper_way, refuse_too_many, trace
 from tracer.radiosity.groups import Groups, alone, neighbours
 from tracer.radiosity.guide import Guidance, division_for, make_guide
 from tracer.radiosity.hemisphere import MOST_RAYS, NOTHING
@@ -67,6 +68,8 @@ class ShootingSolution:
     """Number of rays traced, including those that looked and those to the surroundings."""
     guided: float = 0.0
     """Share of the patches whose rays were guided."""
+    energy: float = 1.0
+    """Power that rays carried over the power that patches sent along them: 1 if energy is conserved."""
 
 
 def shoot(
@@ -105,17 +108,20 @@ def shoot(
     grey = max(float(supplied.mean()), 1e-300)
     power_of_ray = grey / (rays * len(patches))
     sent, steps, leave = 0, 0, Leaving(patches, groups)
+    leaving_power, carried_power = 1e-300, 1e-300
     while unsent.sum() / 3 > residual * grey and steps < MOST_STEPS:
         left = float(unsent.sum() / 3 / grey)
         if steps >= HOPE and left > COARSE and steps * np.log(residual) / np.log(min(left, 1 - 1e-9)) > MOST_STEPS:
-            raise SceneError(
-                f"Light goes to and fro for ever: {100 * left:.0f} % is left after {steps} steps. The largest albedo "
-                f"is {patches.albedo.max():.4g}; make it less than 1, or let some light out."
-            )
+            left_after = f"{100 * left:.0f} % is left after {steps} steps"
+            raise SceneError(endless(left_after, patches, carried_power / leaving_power))
         on_step(f"step {steps}: {left:.1e} of the power left", int(100 * progress(left, residual)), 100)
         chosen = brightest(unsent.mean(axis=1))
         counts = np.minimum(np.ceil(unsent[chosen].mean(axis=1) / power_of_ray), MOST_RAYS).astype(np.int64)
-        arriving, missing = send(patches, leave, way, chosen, counts, unsent[chosen], seed + 1 + steps)
+        arriving, missing = send(
+            patches, leave, way, chosen, counts, unsent[chosen], seed + 1 + steps, not isinstance(spread, PaperRules)
+        )
+        leaving_power += float(unsent[chosen].sum())
+        carried_power += float(arriving.sum() + missing.sum())
         unsent[chosen] = 0
         received += arriving
         unsent += patches.albedo * arriving
@@ -126,8 +132,9 @@ def shoot(
     radiosity = patches.emitted + patches.albedo * irradiance
     final_share = float(unsent.sum() / 3 / grey)
     left_unsent, rays = unsent.sum(axis=0), sent + look_rays
+    energy = carried_power / leaving_power
     return ShootingSolution(
-        radiosity, irradiance, supplied, absorbed, lost, left_unsent, final_share, steps, rays, guided
+        radiosity, irradiance, supplied, absorbed, lost, left_unsent, final_share, steps, rays, guided, energy
     )
 
 
@@ -189,12 +196,20 @@ class Leaving:
 
 
 def send(
-    patches: Patches, leave: Leaving, way: Way, chosen: Integers, counts: Integers, power: Floats, seed: int
+    patches: Patches,
+    leave: Leaving,
+    way: Way,
+    chosen: Integers,
+    counts: Integers,
+    power: Floats,
+    seed: int,
+    is_conserved: bool = True,
 ) -> tuple[Floats, Floats]:
     """Return the power that arrives at all patches (P, 3), and the power that misses them (3,).
 
     ``chosen`` (C,): numbers of the patches that send. ``counts`` (C,) and ``power`` (C, 3): their rays and the power
-    that they send.
+    that they send. ``is_conserved``: whether the weights of a patch add up to pi but for the rounding of single
+    precision, which is then taken away; otherwise power is gained or lost by what they add up to.
     """
     wide = dr.float64_array_t(mi.Float)
     arrived = [dr.zeros(wide, len(patches) + 1) for _ in range(3)]
@@ -213,10 +228,12 @@ def send(
         local, weight = way(point, ray_index, ray_count, seed)
         hit = patches.find(leave(point, ray_index, local, seed))
         weights = wide(weight)
-        # The weights of a patch add up to pi only within single precision: scale their sum to 1.
-        total = dr.zeros(wide, end - begin)
-        dr.scatter_add(total, weights, lane)
-        weights /= dr.gather(wide, total, lane)
+        if is_conserved:
+            total = dr.zeros(wide, end - begin)
+            dr.scatter_add(total, weights, lane)
+            weights /= dr.gather(wide, total, lane)
+        else:
+            weights /= np.pi
         target = dr.select(hit == NOTHING, len(patches), hit)
         for channel in range(3):
             dr.scatter_add(arrived[channel], weights * dr.gather(wide, wide(power[batch, channel]), lane), target)

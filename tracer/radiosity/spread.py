@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Literal
 
+from tracer.core.wording import option
 from tracer.errors import SettingsError
 from tracer.radiosity.guide import Guidance
 from tracer.radiosity.paper import PaperRules
@@ -21,8 +22,15 @@ SPREADS: dict[str, Spread] = {
     "paper_right": PaperRules(right=True),
 }
 """All of them by the names by which a person chooses."""
+METHODS = ("gathering", "shooting")
+"""The ways in which radiosity is solved."""
 MOST_DEPTH = 4
 """Largest number of times that a part of a hemisphere is split by the paper's rules."""
+
+
+def usual_spread(method: str) -> str:
+    """Return the name of the way to spread rays that is taken if none is chosen."""
+    return "evenly" if method == "shooting" else "guided"
 
 
 def chosen_spread(name: str, method: str, threshold: float | None = None, depth: int | None = None) -> Spread:
@@ -30,6 +38,9 @@ def chosen_spread(name: str, method: str, threshold: float | None = None, depth:
 
     ``threshold``, ``depth``: see ``PaperRules``; None: the defaults. Raises SettingsError.
     """
+    if method not in METHODS:
+        hint = f"; '{method}' is a way to spread rays: {option('spread', method)}" if method in SPREADS else ""
+        raise SettingsError(f"method is one of {', '.join(METHODS)}, not '{method}'{hint}.")
     if name not in SPREADS:
         raise SettingsError(f"spread is one of {', '.join(SPREADS)} (was {name}).")
     if name == "guided" and method == "shooting":

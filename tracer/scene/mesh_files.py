@@ -17,10 +17,10 @@ import numpy as np
 
 from tracer.core.arrays import Floats, Integers
 from tracer.core.extras import require_package
-from tracer.core.sphere import normalised_or_zero
 from tracer.errors import SceneError
 from tracer.image.colour import decode_srgb
 from tracer.scene.mesh_defects import mesh_defect
+from tracer.scene.normals import corner_mean, on_one_side
 from tracer.scene.parts import Colour, Material, Part, own_names
 from tracer.scene.ply_mesh import PlyMesh, read_ply
 from tracer.scene.stl_mesh import read_stl
@@ -29,8 +29,8 @@ SUFFIXES = (".ply", ".obj", ".stl", ".off", ".glb", ".gltf", ".3mf")
 """Files with these suffixes are meshes."""
 BLANK_SHAPE, BLANK_GREY = (2, 2), 102
 """Shape of the even picture, and the grey, that trimesh makes up for a mesh that has places in a texture alone."""
-FACES_AT_ONCE = 1 << 20
-"""Normals of this many faces are worked out at once."""
+TINY = 1e-30
+"""A node of glTF whose volume is less than this share of what it was is flat, and has no normals of its own."""
 MOST_HEADER = 1 << 16
 """Bytes within which the header of a PLY file ends."""
 FIRST_IS_ZERO = re.compile(rb"^[ \t]*f[ \t](?:[^\n]*[ \t])?0(?:[/ \t\r\n]|$)", re.MULTILINE)
@@ -86,8 +86,7 @@ def own_part(path: Path) -> tuple[Part | None, bool]:
     if ply is None or not len(ply.faces):
         return None, False
     vertices = checked(path, ply.vertices, ply.faces)
-    normals = corner_mean(vertices, ply.faces) if ply.normals is None else ply.normals
-    normals = safe_normals(normals, vertices, ply.faces)
+    normals = safe_normals(ply.normals, vertices, ply.faces)
     return Part(path.name, vertices, ply.faces, normals, None, painted(ply), ply.attributes), ply.has_places
 
 
@@ -96,14 +95,27 @@ def parts_by_trimesh(path: Path) -> list[Part]:
     import trimesh  # takes a while
 
     groups = {"split_objects": True, "split_groups": True} if path.suffix.lower() == ".obj" else {}
-    geometries = list(trimesh.load_scene(path, process=False, **groups).dump())
+    scene = trimesh.load_scene(path, process=False, **groups)
+    given = {
+        name: normals for name in scene.graph.nodes_geometry if (normals := given_normals(scene, name)) is not None
+    }
+    geometries = list(scene.dump())
     meshes = [geometry for geometry in geometries if hasattr(geometry, "faces") and len(geometry.faces)]
     require_whole(path, sum(len(mesh.faces) for mesh in meshes))
     if not meshes:
         point_count = sum(len(geometry.vertices) for geometry in geometries if hasattr(geometry, "vertices"))
         what = f"{point_count} points and no face" if point_count else "nothing to look at"
         raise SceneError(f"'{path}' holds {what}; export it as a surface.")
-    return [part_of(path, mesh, number) for number, mesh in enumerate(meshes)]
+    return [part_of(path, mesh, number, given.get(mesh.metadata["node"])) for number, mesh in enumerate(meshes)]
+
+
+def given_normals(scene: Any, node: str) -> Floats | None:
+    """Return the normals (N, 3) that the file gives to a node of a scene of trimesh, which forgets them on the way."""
+    transform, name = scene.graph[node]
+    cached = getattr(scene.geometry[name], "_cache", {})  # where trimesh keeps what it has read or worked out
+    if "vertex_normals" not in cached or abs(np.linalg.det(transform[:3, :3])) < TINY:
+        return None
+    return np.asarray(cached["vertex_normals"] @ np.linalg.inv(transform[:3, :3]), np.float64)
 
 
 def require_whole(path: Path, face_count: int | None) -> None:
@@ -124,14 +136,17 @@ def require_whole(path: Path, face_count: int | None) -> None:
         raise SceneError(f"'{path}' {defect}.")
 
 
-def part_of(path: Path, mesh: Any, number: int) -> Part:
-    """Return a part from a mesh of trimesh. Raises SceneError if its faces or vertices cannot be."""
+def part_of(path: Path, mesh: Any, number: int, normals: Floats | None) -> Part:
+    """Return a part from a mesh of trimesh, with the normals (N, 3) that its file gives, None if it gives none.
+
+    Raises SceneError if its faces or vertices cannot be.
+    """
     faces = np.asarray(mesh.faces, np.int64)
     vertices = checked(path, np.asarray(mesh.vertices, np.float64), faces)
     name = str(mesh.metadata.get("name") or mesh.metadata.get("node") or f"part {number}")
     places = getattr(mesh.visual, "uv", None)
     places = None if places is None or len(places) != len(vertices) else np.asarray(places, np.float64)[:, :2]
-    return Part(name, vertices, faces, safe_normals(mesh.vertex_normals, vertices, faces), places, material_of(mesh))
+    return Part(name, vertices, faces, safe_normals(normals, vertices, faces), places, material_of(mesh))
 
 
 def checked(path: Path, vertices: Floats, faces: Integers) -> Floats:
@@ -148,23 +163,13 @@ def checked(path: Path, vertices: Floats, faces: Integers) -> Floats:
     return vertices if used.all() else np.where(used[:, None], vertices, vertices[faces[0, 0]])
 
 
-def corner_mean(vertices: Floats, faces: Integers) -> Floats:
-    """Return the mean normals (N, 3) of the faces around each vertex, weighted by their angles there, of any length."""
-    normals = np.zeros(vertices.shape)
-    for first in range(0, len(faces), FACES_AT_ONCE):
-        some = faces[first : first + FACES_AT_ONCE]
-        edges = [normalised_or_zero(vertices[some[:, (k + 1) % 3]] - vertices[some[:, k]]) for k in range(3)]
-        across = normalised_or_zero(np.cross(edges[0], edges[1]))
-        for k in range(3):
-            angle = np.arccos(np.clip(-np.sum(edges[k] * edges[k - 1], axis=1), -1, 1))
-            for axis in range(3):
-                normals[:, axis] += np.bincount(some[:, k], angle * across[:, axis], len(vertices))
-    return normals
-
-
-def safe_normals(given: Any, vertices: Floats, faces: Integers) -> Floats:
-    """Return unit normals (N, 3): those given, or that of a face around where there is none."""
-    normals: Floats = np.array(given, np.float64)
+def safe_normals(given: Floats | None, vertices: Floats, faces: Integers) -> Floats:
+    """Return unit normals (N, 3): those given, or else of the faces around; that of one of them where there is none."""
+    normals: Floats
+    if given is None or given.shape != vertices.shape:
+        normals = corner_mean(vertices, faces)
+    else:
+        normals = np.array(on_one_side(given, vertices, faces))
     length = np.linalg.norm(normals, axis=1)
     lacking = ~np.isfinite(length) | (length < 1e-9)
     if lacking.any():

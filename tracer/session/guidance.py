@@ -41,8 +41,8 @@ GUIDED = "GuidedIntegrator"
 MOST_LOST = 0.04
 """Part of the time of a picture that a look may take which nobody has asked for: it may be in vain."""
 LEAST_UNASKED, LEAST_SECONDS = 1 << 21, 60.0
-"""Fewest paths of a picture of many lights that learns unasked, and fewest seconds of a picture that has a limit. A look
-in vain then takes up to a third of the time; but with many lights most looks are not, and the variance falls to half or
+"""Fewest paths of a picture of many lights that learns unasked, and fewest seconds of a picture that has a limit. A
+look in vain then takes up to a third of the time; but with many lights most are not, and the variance falls to half or
 less."""
 LEARNING_SPP = 16
 """Samples per pixel for which a picture learns that ends with a noise target or a time, if not fewer are allowed."""

@@ -7,11 +7,9 @@ of 2^20 and 2^22 samples; ``tests/system/test_memory.py`` measures that they are
 
 from __future__ import annotations
 
-import os
-import resource
-import sys
 from dataclasses import dataclass
-from pathlib import Path
+
+import psutil
 
 from tracer.denoising.oidn import LEAST_MEMORY, MOST_MEMORY, PIXEL_MEMORY
 from tracer.errors import SettingsError
@@ -80,17 +78,8 @@ def need(frame: Frame, settings: Settings, features: bool = False, denoise: bool
 
 
 def resident() -> float:
-    """Return the bytes of memory that this process has now, or had at most where that is not known."""
-    statistics = Path("/proc/self/statm")
-    if statistics.exists():
-        return float(statistics.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
-    return most_resident()
-
-
-def most_resident() -> float:
-    """Return the most bytes of memory that this process has had so far."""
-    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return float(most if sys.platform == "darwin" else 1024 * most)
+    """Return the bytes of memory that this process has now."""
+    return float(psutil.Process().memory_info().rss)
 
 
 def largest_pass(needed: Need, limit: float | None) -> int:

@@ -96,12 +96,18 @@ def spp_in(seconds: float, uniform: Result) -> int:
 
 
 def in_words(lines: list[DemoRow]) -> str:
-    """Return in a sentence what the adaptive picture has won, in samples and in time."""
-    uniform, longer, adaptive = (line.scores.relative_mse for line in lines)
+    """Return in a sentence what the adaptive picture has won, in samples and in time, and what it has lost."""
+    uniform, longer, adaptive = (line.scores for line in lines)
+    worse = [
+        name
+        for name, difference in (("SSIM", longer.ssim - adaptive.ssim), ("FLIP", adaptive.flip - longer.flip))
+        if difference > 0
+    ]
+    doubt = f"; by {' and '.join(worse)} the uniform picture of the same time is better" if worse else ""
     return (
-        f"Against uniform sampling, the adaptive picture has {less(uniform / adaptive)} relMSE with as many samples "
-        f"(in {lines[2].seconds:.1f} s instead of {lines[0].seconds:.1f} s), and {less(longer / adaptive)} in the same "
-        "time."
+        f"Against uniform sampling, the adaptive picture has {less(uniform.relative_mse / adaptive.relative_mse)} "
+        f"squared relative error (relMSE) with as many samples (in {lines[2].seconds:.1f} s instead of "
+        f"{lines[0].seconds:.1f} s), and {less(longer.relative_mse / adaptive.relative_mse)} in the same time{doubt}."
     )
 
 

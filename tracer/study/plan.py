@@ -10,7 +10,7 @@ from importlib.resources import files as package_files
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError, field_validator
 
 from tracer import criteria
 from tracer.core.suggest import unknown
@@ -72,11 +72,18 @@ class MethodPlan(PlanPart):
     block: int = 1
     guide: bool | None = False
     """As for ``tracer.render``, but unless it is asked for, lights are chosen as Mitsuba does: methods differ in what
-    they are named for and in nothing else."""
+    they are named for and in nothing else. "auto", or None: learned where it may pay, as by default of
+    ``tracer.render``."""
     unbiased: bool = False
     denoise: bool = False
     """Whether the picture is denoised before it is scored: by our denoising, or for ``mi.render`` by Open Image Denoise
     with the albedo and normal of Mitsuba's ``aov``."""
+
+    @field_validator("guide", mode="before")
+    @classmethod
+    def automatic_guide(cls, guide: Any) -> Any:
+        """Return None for "auto": TOML has no word for None."""
+        return None if guide == "auto" else guide
 
     def settings(self) -> dict[str, Any]:
         """Return the keyword arguments of ``tracer.render`` that make it render by this method."""

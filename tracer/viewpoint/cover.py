@@ -157,10 +157,15 @@ def worth_of(areas: NDArray[np.float32], missing: NDArray[np.bool_], weights: Fl
 
 
 def divergence_of(mixed: Floats, weights: Floats) -> float:
-    """Return the divergence in bits of the shares of projected areas from those of true areas, both (Z,)."""
-    p, q = mixed / mixed.sum(), weights / weights.sum()
-    seen = (p > 0) & (q > 0)
-    return float(np.sum(p[seen] * np.log2(p[seen] / q[seen])))
+    """Return the divergence in bits of the shares of projected areas from those of ``weights``, both (Z,).
+
+    Surfaces of weight 0 are left out of both. The result is infinite if nothing else is seen.
+    """
+    seen = (mixed > 0) & (weights > 0)
+    if not seen.any():
+        return float("inf")
+    p, q = mixed[seen] / mixed[seen].sum(), weights[seen] / weights.sum()
+    return float(np.sum(p * np.log2(p / q)))
 
 
 def without_superfluous(shown: list[NDArray[np.bool_]], chosen: list[int]) -> tuple[list[int], list[int]]:

@@ -114,7 +114,10 @@ def attribute_names(mesh: Any) -> list[str]:
 def grouped(
     shapes: list[Any], counts: Integers, labels: Integers, names: list[str], patterns: Sequence[str]
 ) -> tuple[Integers, list[str]]:
-    """Return surfaces and names like ``labels`` and ``names``, with one surface for each pattern before all others."""
+    """Return surfaces and names like ``labels`` and ``names``, with one surface for each pattern before all others.
+
+    Faces that are surfaces have the names of their shapes.
+    """
     shape_names = names_of(shapes)
     owner = np.full(len(shapes), -1)
     for number, pattern in reversed(list(enumerate(patterns))):
@@ -124,7 +127,11 @@ def grouped(
     others, renumbered = np.unique(labels[group < 0], return_inverse=True)
     result = group.copy()
     result[group < 0] = renumbered + len(patterns)
-    other_names = [names[k] for k in others] if names else [f"face {k}" for k in others]
+    other_names = (
+        [names[k] for k in others]
+        if names
+        else [shape_names[k] for k in np.repeat(np.arange(len(shapes)), counts)[others]]
+    )
     return result, [*patterns, *other_names]
 
 

@@ -156,7 +156,7 @@ def open_molecule(
     # Tighter than a box around the sticks. Without a mesh, as the corners of the solids that stand for balls are no
     # part of a molecule: their curvature would be that of an icosahedron.
     radius_of_all = float((np.linalg.norm(atoms.positions - subject.centre, axis=1) + radii).max())
-    return replace(subject, areas=areas, radius=radius_of_all, mesh=NO_MESH)
+    return replace(subject, areas=areas, radius=radius_of_all, mesh=NO_MESH, shape_names=[])
 
 
 def require_few(count: int, most: int = MOST_ATOMS) -> None:

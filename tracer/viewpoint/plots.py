@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,9 @@ import numpy as np
 from tracer.core.arrays import Floats, Integers
 from tracer.core.sphere import frame, normalised
 from tracer.io import atomic
+
+SAME = 0.05
+"""Marks are one if the distance of their directions, about the angle in radians, is less than this."""
 
 
 def figure(width: float, height: float, layout: str | None = "constrained") -> Any:
@@ -40,6 +44,16 @@ def flat(directions: Floats, up: Floats, below: bool) -> tuple[Floats, Floats, F
     return x * scale, sign * y * scale, depth
 
 
+@dataclass(frozen=True)
+class Mark:
+    """A direction that is marked on a sphere."""
+
+    direction: Floats
+    """(3,)."""
+    value: float
+    """The value of the measure there, whose colour the mark has: it may be beyond those of the grid of viewpoints."""
+
+
 def draw_sphere(
     axes: Sequence[Any],
     directions: Floats,
@@ -47,39 +61,64 @@ def draw_sphere(
     values: Floats,
     up: Floats,
     way: Floats | None = None,
-    marks: dict[str, Floats] | None = None,
+    marks: Mapping[str, Mark] | None = None,
 ) -> Any:
     """Draw the sphere as two discs, seen from above (``up``) and below; return the coloured patches, for a colour bar.
 
-    ``way`` (N, 3) is drawn as a line, ``marks`` (each (3,)) as crosses with their names.
+    ``way`` (N, 3) is drawn as a line, ``marks`` as dots with their names. The scale includes their values.
     """
-    from matplotlib.patheffects import withStroke
-
     finite = np.isfinite(values)
     shown = np.where(finite, values, np.nanmax(values[finite]) if finite.any() else 0.0)
+    marks = with_joined_names(marks or {})
+    in_scale = [*shown, *(mark.value for mark in marks.values() if np.isfinite(mark.value))]
     patches = None
     for axis, below in zip(axes, (False, True), strict=True):
         x, y, depth = flat(directions, up, below)
         near = np.all(depth[triangles] > -0.35, axis=1)
         rim = axis.add_patch(circle())
         patches = axis.tripcolor(
-            x, y, triangles[near], shown, shading="gouraud", vmin=shown.min(), vmax=shown.max(), cmap="viridis"
+            x, y, triangles[near], shown, shading="gouraud", vmin=min(in_scale), vmax=max(in_scale), cmap="viridis"
         )
         patches.set_clip_path(rim)
         if way is not None:
             x, y, depth = flat(way, up, below)
             hidden = depth < 0
             axis.plot(np.where(hidden, np.nan, x), np.where(hidden, np.nan, y), color="white", linewidth=1.6)
-        for name, direction in (marks or {}).items():
-            x, y, depth = flat(direction[None], up, below)
-            if depth[0] >= 0:
-                axis.plot(x, y, "x", color="red", markersize=7, markeredgewidth=2)
-                inward = -4 if x[0] > 0 else 4
-                side = "right" if x[0] > 0 else "left"
-                text = axis.annotate(name, (x[0], y[0]), fontsize=8, xytext=(inward, 4), textcoords="offset points")
-                text.set(color="white", ha=side, path_effects=[withStroke(linewidth=2, foreground="black")])
         finish(axis, "from below" if below else "from above")
+        for name, mark in marks.items():
+            x, y, depth = flat(mark.direction[None], up, below)
+            if depth[0] >= 0:
+                draw_mark(axis, name, float(x[0]), float(y[0]), patches.to_rgba(mark.value))
     return patches
+
+
+def with_joined_names(marks: Mapping[str, Mark]) -> dict[str, Mark]:
+    """Return marks of which those in the same direction, within ``SAME``, are one that has the names of all."""
+    names: list[str] = []
+    kept: list[Mark] = []
+    for name, mark in marks.items():
+        same = next(
+            (k for k, other in enumerate(kept) if np.linalg.norm(other.direction - mark.direction) < SAME), None
+        )
+        if same is None:
+            names.append(name)
+            kept.append(mark)
+        else:
+            names[same] += f", {name}"
+    return dict(zip(names, kept, strict=True))
+
+
+def draw_mark(axis: Any, name: str, x: float, y: float, colour: Any) -> None:
+    """Draw a dot of a colour in a disc of radius 1, with its name beside it, towards the middle of the disc."""
+    from matplotlib.patheffects import withStroke
+
+    axis.plot(x, y, "o", color=colour, markeredgecolor="red", markersize=7, markeredgewidth=1.6, clip_on=False)
+    across, side = (-7, "right") if x > 0 else (7, "left")
+    along = 0
+    if abs(y) > 0.8:  # beside the dot there is no room in the disc
+        across, side, along = 0, "center", -9 if y > 0 else 9
+    text = axis.annotate(name, (x, y), fontsize=8, xytext=(across, along), textcoords="offset points", va="center")
+    text.set(color="white", ha=side, path_effects=[withStroke(linewidth=2, foreground="black")])
 
 
 def finish(axis: Any, title: str) -> None:
@@ -133,7 +172,7 @@ def sphere_plot(
     columns: Sequence[Floats],
     up: Floats,
     way: Floats | None = None,
-    marks: Sequence[dict[str, Floats]] | None = None,
+    marks: Sequence[Mapping[str, Mark]] | None = None,
 ) -> None:
     """Write a plot with a sphere for each of ``columns`` (V,), coloured by its values; up to two stand in a row."""
     across = 2 if len(columns) > 1 else 1

@@ -62,9 +62,16 @@ def find_room(subject: Subject, up: Floats, force: bool = False) -> Room | None:
     ``force``: whether it is to be looked at from inside in any case.
     """
     upward = normalised(np.asarray(up, np.float64))
+    is_inside = has_camera_inside(subject)
+    return (
+        standing_places(subject, upward, camera_place(subject) if is_inside else None) if is_inside or force else None
+    )
+
+
+def has_camera_inside(subject: Subject) -> bool:
+    """Return whether the scene's first camera is enclosed by the scene, as that of a room is."""
     eye = camera_place(subject)
-    is_inside = eye is not None and bool(is_enclosed(subject, eye[None])[0])
-    return standing_places(subject, upward, eye if is_inside else None) if is_inside or force else None
+    return eye is not None and bool(is_enclosed(subject, eye[None])[0])
 
 
 def camera_place(subject: Subject) -> Floats | None:

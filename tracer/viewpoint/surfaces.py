@@ -82,7 +82,7 @@ class Subject:
     names: list[str]
     """Names of the surfaces; empty if they are faces."""
     shape_names: list[str]
-    """Names of the shapes, in their order."""
+    """Names of the shapes, in their order; empty if they mean nothing to a person, as for the balls of a molecule."""
     face_counts: Integers
     """Number of faces of each shape."""
     mesh: Mesh

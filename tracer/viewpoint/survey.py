@@ -134,6 +134,13 @@ def check(needs: set[str], subject: Subject, lens: Lens, rays: Rays, beside: Seq
         raise SettingsError("Stability compares a view with those beside it: measure it on a sphere of viewpoints.")
 
 
+def unmet_needs(subject: Subject) -> set[str]:
+    """Return what measures may need, see ``measures.registry.Need``, that a subject or its weights do not allow."""
+    unmet = set() if len(subject.mesh.triangles) else {"vertices", "saliency"}
+    unmet |= {"vertices", "picture"} if subject.is_weighted else set()
+    return unmet | (set() if subject.areas_known else {"areas"})
+
+
 def see(
     subject: Subject,
     views: Viewpoints,

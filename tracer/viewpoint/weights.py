@@ -8,8 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import compress
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tracer.core.arrays import Floats
 from tracer.errors import SettingsError
@@ -40,15 +42,40 @@ def weights_from_text(texts: Sequence[str]) -> dict[str, float]:
 def weighted(subject: Subject, weights: Mapping[str, float]) -> Subject:
     """Return a subject whose surfaces count as much as the patterns say that match their names, and 1 otherwise.
 
-    Faces have the names of their shapes. Of several patterns that match, the last counts. Raises SettingsError for a
-    pattern that matches nothing, or if nothing counts any more.
+    A surface has its own name and those of its shapes, see ``named``. Of several patterns that match, the last counts.
+    Raises SettingsError for a pattern that matches nothing, or a part of a surface, or if nothing counts any more.
     """
-    names = subject.names or subject.shape_names
-    by_name = np.ones(len(names))
+    values = np.ones(subject.count)
     for pattern, weight in weights.items():
-        by_name[matching(pattern, names)] = weight
-    values = by_name if subject.names else np.repeat(by_name, subject.face_counts)
+        values[named(subject, pattern)] = weight
     return with_weights(subject, subject.weights * values)
+
+
+def named(subject: Subject, pattern: str) -> NDArray[np.bool_]:
+    """Return which surfaces (Z,) a pattern names: by their own names, or by those of all shapes that they are made of.
+
+    Raises SettingsError for a pattern that matches no name, or only some of the shapes of a surface.
+    """
+    known = sorted({*subject.names, *subject.shape_names})
+    matches = set(compress(known, matching(pattern, known)))
+    by_name = np.array([name in matches for name in subject.names] or [False] * subject.count)
+    if not subject.shape_names:
+        return by_name
+    sides = 2 if subject.has_sides else 1
+    count = subject.count // sides
+    faces = int(subject.face_counts.sum())
+    surface = np.arange(faces) if subject.surface_of_face is None else np.array(subject.surface_of_face, np.int64)
+    is_of_shape = np.repeat([name in matches for name in subject.shape_names], subject.face_counts)
+    totals, matched = (np.bincount(part, minlength=count + 1)[:count] for part in (surface, surface[is_of_shape]))
+    some, whole = (np.repeat(chosen, sides) for chosen in (matched > 0, (matched > 0) & (matched == totals)))
+    partly = np.flatnonzero(some & ~whole & ~by_name)
+    if len(partly):
+        name = subject.names[partly[0]]
+        raise SettingsError(
+            f"'{pattern}' matches some of the shapes of the surface '{name}', and a surface counts as a whole: weigh "
+            f"'{name}', or choose other surfaces."
+        )
+    return np.asarray(by_name | whole)
 
 
 def with_weights(subject: Subject, weights: Floats) -> Subject:

@@ -26,7 +26,7 @@ def test_a_small_report_has_all_its_files_and_can_be_stopped(tmp_path, monkeypat
     monkeypatch.setattr(views, "TRUTH", 4)
     few = [name for name in ablations.USES if name in ("deviation", "entropy", "deviation, depth 0")]
     monkeypatch.setattr(ablations, "USES", {name: ablations.USES[name] for name in few})
-    needed = [example for example in examples() if example.name in (report.SHOWN, report.CORNELL)]
+    needed = [example for example in examples() if example.name in (report.SOLVED[0], report.CORNELL)]
     coarse = [replace(example, size=2 * example.size) for example in needed]
     monkeypatch.setattr(report, "examples", lambda: coarse)
     with pytest.raises(KeyboardInterrupt):

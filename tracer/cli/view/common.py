@@ -189,12 +189,17 @@ def shown_of(view: ViewOptions) -> Shown:
 
 @contextmanager
 def view_context(
-    view: ViewOptions, results: tuple[str, ...], other: Path | None = None, may_be_inside: bool = False
+    view: ViewOptions,
+    results: tuple[str, ...],
+    other: Path | None = None,
+    may_be_inside: bool = False,
+    from_outside: bool = False,
 ) -> Iterator[ViewContext]:
     """Check the options, open the source, and yield the context of a report, while a progress bar is shown.
 
     ``results``: names of the files that will be written. ``other``: the molecule from whose surface the source is seen.
-    ``may_be_inside``: whether a room is looked at from inside. Raises SettingsError, SceneError or OutputError.
+    ``may_be_inside``: whether a room is looked at from inside. ``from_outside``: whether a person is told that a room
+    is looked at from outside. Raises SettingsError, SceneError or OutputError.
     """
     import numpy as np
 
@@ -203,36 +208,41 @@ def view_context(
     from tracer.io.atomic import prepare_folder
 
     require_sensible(view)
-    backend.activate()
-    from tracer.viewpoint.direction_measure import stand
-    from tracer.viewpoint.item_buffer import Rays
-    from tracer.viewpoint.rendered import require_light
-    from tracer.viewpoint.reports.context import ViewContext
-    from tracer.viewpoint.source import open_pair_of_files, open_source
+    with steps(view.quiet) as progress:
+        progress.begin("Starting Mitsuba")
+        backend.activate()
+        from tracer.viewpoint.direction_measure import stand
+        from tracer.viewpoint.item_buffer import Rays
+        from tracer.viewpoint.rendered import require_light
+        from tracer.viewpoint.reports.context import ViewContext
+        from tracer.viewpoint.source import open_pair_of_files, open_source
 
-    pair = None
-    if other is None:
-        opened = open_source(view.source, counted_of(view), shown_of(view))
-    else:
-        require_unset(view, "side", "random", "distance", "centre", "orthographic", "inside")
-        opened, pair = open_pair_of_files(view.source, other, counted_of(view), shown_of(view))
-    if view.spp:
-        require_light(opened.subject)
-    parallel = opened.orthographic if view.orthographic is None else view.orthographic
-    centre: Any = None if view.centre is None else np.array(view.centre) - opened.origin
-    standpoint = stand(opened.subject, view.distance, centre, view.up or opened.up, parallel)
-    room = room_of(view, opened, standpoint) if may_be_inside and pair is None else None
-    folder_is_new = not view.output.exists()
-    prepare_folder(view.output, view.overwrite, results)
-    for remark in () if view.quiet else opened.remarks:
-        typer.echo(remark)
-    try:
-        with steps(view.quiet) as progress:
+        progress.begin(f"Opening {view.source.name}")
+        pair = None
+        if other is None:
+            opened = open_source(view.source, counted_of(view), shown_of(view))
+        else:
+            require_unset(view, "side", "random", "distance", "centre", "orthographic", "inside")
+            opened, pair = open_pair_of_files(view.source, other, counted_of(view), shown_of(view))
+        if view.spp:
+            require_light(opened.subject)
+        parallel = opened.orthographic if view.orthographic is None else view.orthographic
+        centre: Any = None if view.centre is None else np.array(view.centre) - opened.origin
+        standpoint = stand(opened.subject, view.distance, centre, view.up or opened.up, parallel)
+        room = room_of(view, opened, standpoint) if may_be_inside and pair is None else None
+        folder_is_new = not view.output.exists()
+        prepare_folder(view.output, view.overwrite, results)
+        progress.clear()
+        if from_outside and not view.quiet:
+            tell_of_room(view, opened)
+        for remark in () if view.quiet else opened.remarks:
+            typer.echo(remark)
+        try:
             rays = Rays(random=view.random) if view.random else Rays(side=view.side)
             yield ViewContext(opened, standpoint, rays, view.background, view.output, progress, view.spp, room, pair)
-    finally:
-        if folder_is_new and view.output.is_dir() and not any(view.output.iterdir()):
-            view.output.rmdir()  # the command failed before it wrote anything
+        finally:
+            if folder_is_new and view.output.is_dir() and not any(view.output.iterdir()):
+                view.output.rmdir()  # the command failed before it wrote anything
 
 
 def require_unset(view: ViewOptions, *names: str) -> None:
@@ -267,7 +277,7 @@ def room_of(view: ViewOptions, opened: Opened, standpoint: Stand) -> Room | None
     from tracer.errors import SceneError, SettingsError
     from tracer.viewpoint.room import find_room
 
-    outside = view.distance is not None or view.centre is not None or view.orthographic is not None
+    outside = stands_outside(view)
     if view.inside is False or (view.inside is None and (outside or opened.orthographic)):
         return None
     if view.inside and outside:
@@ -283,3 +293,16 @@ def room_of(view: ViewOptions, opened: Opened, standpoint: Stand) -> Room | None
             "stand; --outside looks at it from outside."
         )
     return room
+
+
+def stands_outside(view: ViewOptions) -> bool:
+    """Return whether the options say where to stand, as is done from outside alone."""
+    return view.distance is not None or view.centre is not None or view.orthographic is not None
+
+
+def tell_of_room(view: ViewOptions, opened: Opened) -> None:
+    """Tell the person that a room is looked at from outside, by a command that cannot do else."""
+    from tracer.viewpoint.room import has_camera_inside
+
+    if not stands_outside(view) and not opened.orthographic and has_camera_inside(opened.subject):
+        typer.echo("The scene is a room, and is looked at from outside here; view best and view tour look from inside.")

@@ -60,7 +60,7 @@ def cover(
     if rule not in get_args(Rule):
         raise SettingsError(f"Unknown rule '{rule}'; choose one of {', '.join(get_args(Rule))}.")
     least_gain = gain if gain is not None else 0.0 if views is not None else LEAST_GAIN
-    with common.view_context(view, report.FILES) as context:
+    with common.view_context(view, report.FILES, from_outside=True) as context:
         lines, view_set = report.cover_report(context, level, quality, cast(Rule, rule), views, enough, least_gain)
         count = context.opened.subject.count
     if view.quiet:

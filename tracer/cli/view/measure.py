@@ -24,13 +24,12 @@ def measure(
     from tracer.cli.show import simple_table
     from tracer.viewpoint import measures as known
     from tracer.viewpoint.reports import measure as report
+    from tracer.viewpoint.survey import unmet_needs
 
     names = [known.get(name).name for name in measures or []]
-    with common.view_context(view, report.FILES) as context:
-        without_mesh = not len(context.opened.subject.mesh.triangles)
-        unmet_needs = ({"vertices", "saliency"} if without_mesh else set()) | ({"picture"} if view.random else set())
-        unmet_needs |= set() if context.opened.subject.areas_known else {"areas"}
-        names = names or [name for name in known.names() if not unmet_needs & set(known.get(name).needs)]
+    with common.view_context(view, report.FILES, from_outside=True) as context:
+        unmet = unmet_needs(context.opened.subject) | ({"picture"} if view.random else set())
+        names = names or [name for name in known.names() if not unmet & set(known.get(name).needs)]
         lines = report.measure(context, names, level)
     if not view.quiet:
         simple_table(report.HEADINGS, lines)

@@ -59,20 +59,23 @@ def kullback_leibler(sight: Sight) -> float:
     """Return the divergence in bits of p(z|v) from the shares of true area: 0 if all is seen in proportion to its area.
 
     M. Sbert, D. Plemenos, M. Feixas and F. Gonzalez, "Viewpoint quality: measures and applications", CAe 2005.
-    With weights, shares of area times weight are expected. It is infinite if nothing is seen.
+    With weights, shares of area times weight are expected; surfaces of weight 0 are left out. It is infinite if nothing
+    is seen that counts.
     """
-    return max(
-        divergence(sight, sight.subject.areas * sight.subject.weights), 0.0
-    )  # a value below 0 comes from rounding
+    expected = sight.subject.areas * sight.subject.weights
+    return max(divergence(sight, expected), 0.0)  # a value below 0 comes from rounding
 
 
 def divergence(sight: Sight, expected: np.ndarray) -> float:
     """Return sum p(z|v) log2(p(z|v) / q(z)) in bits over the surfaces z that are expected: ``expected`` (Z,) > 0.
 
-    q are the shares of ``expected``. The result is infinite if no expected surface is seen.
+    p(z|v) are the shares of the projected area of all surfaces of weight > 0, so that a view is not the better the more
+    it shows of what does not count; q are the shares of ``expected``, which is 0 for surfaces of weight 0. The result
+    is infinite if no expected surface is seen.
     """
-    counted = expected[sight.surfaces] > 0
-    if not counted.any():
+    is_expected = expected[sight.surfaces] > 0
+    if not is_expected.any():
         return float("inf")
-    p, q = sight.shares[counted], expected[sight.surfaces[counted]] / expected.sum()
+    p = sight.projected[is_expected] / sight.projected[sight.weights > 0].sum()
+    q = expected[sight.surfaces[is_expected]] / expected.sum()
     return float(np.sum(p * np.log2(p / q)))

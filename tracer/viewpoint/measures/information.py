@@ -35,7 +35,10 @@ def sums_with(sight: Sight) -> Floats:
 
 @measure("mutual_information", "least", "channel")
 def mutual_information(sight: Sight) -> float:
-    """Return VMI, also called I1, in bits: the divergence of p(z|v) from p(z); infinite if nothing is seen."""
+    """Return VMI, also called I1, in bits: the divergence of p(z|v) from p(z); infinite if nothing is seen.
+
+    With weights, surfaces of weight 0 are left out, and it is infinite if nothing is seen that counts.
+    """
     return max(divergence(sight, sums_with(sight)), 0.0)  # a value below 0 comes from rounding
 
 
@@ -43,11 +46,11 @@ def mutual_information(sight: Sight) -> float:
 def information_2(sight: Sight) -> float:
     """Return I2 = H(Z) - H(Z|v) in bits, negative if areas are more even in the view than in all views together.
 
-    It is infinite if nothing is seen. With weights, both are weighted entropies.
+    It is infinite if nothing is seen that counts. With weights, both are weighted entropies.
 
     M. DeWeese and M. Meister, "How to measure the information gained from one symbol", Network 10(4), 1999.
     """
-    if not len(sight.surfaces):
+    if not np.any(sight.weights > 0):
         return float("inf")
     of_all_views = float(measures.weighted_entropy(channel_of(sight).sums, sight.subject.weights))
     return of_all_views - float(measures.weighted_entropy(sight.projected, sight.weights))

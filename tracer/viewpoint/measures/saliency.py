@@ -32,8 +32,9 @@ def salient_mutual_information(sight: Sight) -> float:
     """Return the divergence in bits of p(z|v) from p(z) S(z), normalised: low if salient surfaces are seen most.
 
     Surfaces of saliency 0 count only in the projected area of which p(z|v) is a share, as in the program of the survey
-    (github.com/limdor/quoniam). Unlike there, a view that sees no salient surface is the worst: infinite. If all
-    saliencies are 0, no surface is preferred, and the result is the mutual information.
+    (github.com/limdor/quoniam); those of weight 0 do not even there. Unlike in that program, a view that sees no
+    salient surface is the worst: infinite. If all saliencies are 0, no surface is preferred, and the result is the
+    mutual information.
     """
     sums = sums_with(sight)
     expected = sums * channel_of(sight).saliency

@@ -65,7 +65,9 @@ def best(
     context.say("pictures", len(searches), len(searches) + 1)
     directions, triangles = icosphere(SPHERE_LEVEL)
     values = gauge(directions)
-    marks: dict[str, np.ndarray] = {search: result.direction for search, result in results.items()}
+    marks: dict[str, plots.Mark] = {
+        search: plots.Mark(result.direction, gauge.sign * result.value) for search, result in results.items()
+    }
     way = np.array([place for place, _ in results[searches[0]].steps])
     plots.sphere_plot(
         context.folder / "sphere.png", [name], directions, triangles, [values], context.stand.up, way, [marks]

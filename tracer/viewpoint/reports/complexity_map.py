@@ -18,7 +18,7 @@ from tracer.viewpoint.lens import Lens, Orthographic
 from tracer.viewpoint.own_camera import own_camera
 from tracer.viewpoint.regions import Regions, look_through_blocks, look_through_triangles
 from tracer.viewpoint.reports.context import ViewContext, csv, number
-from tracer.viewpoint.survey import survey
+from tracer.viewpoint.survey import survey, unmet_needs
 
 FILES = ("map.png", "blocks.csv", "triangles.csv")
 """The report writes files of these names."""
@@ -92,9 +92,8 @@ def spherical_triangles(level: int) -> tuple[Floats, NDArray[np.int64]]:
 def measured(context: ViewContext, view: Viewpoints, lens: Lens) -> list[list[str]]:
     """Return [name, value] of all measures that need no other view, and that the subject has."""
     subject = context.opened.subject
-    unmet_needs = {"channel", "neighbours", "saliency", *(() if len(subject.mesh.triangles) else ("vertices",))}
-    unmet_needs |= set() if subject.areas_known else {"areas"}
-    names = [name for name in measures.names() if not unmet_needs & set(measures.get(name).needs)]
+    unmet = {"channel", "neighbours", "saliency"} | unmet_needs(subject)
+    names = [name for name in measures.names() if not unmet & set(measures.get(name).needs)]
     values = survey(subject, view, lens, context.rays, names, background=context.background)
     return [[name, number(values[name][0])] for name in names]
 

@@ -83,13 +83,13 @@ def name_direction(direction: Floats, up: Floats) -> str:
     """Return the name of a direction: its degrees around ``up``, and its degrees above the horizon."""
     elevation = np.degrees(np.arcsin(np.clip(np.dot(direction, normalised(up)), -1, 1)))
     sideways, ahead = frame(-normalised(up))
-    azimuth = np.degrees(np.arctan2(direction @ sideways, direction @ ahead)) % 360
-    return f"{azimuth:.0f}°, {elevation:+.0f}°"
+    azimuth = float(np.degrees(np.arctan2(direction @ sideways, direction @ ahead)))
+    return f"{round(azimuth) % 360}°, {elevation:+z.0f}°"
 
 
 def number(value: float) -> str:
     """Return the text of a value in a table; a dash if it is not finite."""
-    return f"{value:.4g}" if np.isfinite(value) else "–"
+    return f"{value:z.4g}" if np.isfinite(value) else "–"
 
 
 def apart(values: Floats, directions: Floats, count: int, angle: float = 40.0) -> list[int]:

@@ -45,7 +45,7 @@ def cover_report(
         pictures = context.pictures(views[view_set.chosen], layout.size)
         sheets.write_sheet(context.folder / "views.png", pictures, captions, layout)
     closeness = (directions @ chosen.T).max(axis=1) if len(chosen) else np.zeros(len(directions))
-    marks = {str(k + 1): direction for k, direction in enumerate(chosen)}
+    marks = {str(k + 1): plots.Mark(direction, 0.0) for k, direction in enumerate(chosen)}
     nearest = np.degrees(np.arccos(np.clip(closeness, -1, 1)))
     title = "degrees to the nearest view of the set"
     plots.sphere_plot(

@@ -53,11 +53,13 @@ def measure(context: ViewContext, names: Sequence[str], level: int) -> list[list
         if errors is not None:
             texts[:2] = [f"{text} ± {number(errors[k])}" for text, k in zip(texts, (best, worst), strict=False)]
         lines.append([name, measured.best, places[0], texts[0], places[1], *texts[1:]])
-        marks.append({"best": directions[best], "worst": directions[worst]})
+        extreme_views = {"best": best, "worst": worst}
+        marks.append({text: plots.Mark(directions[k], float(values[name][k])) for text, k in extreme_views.items()})
         extremes = apart(good, directions, SHOWN) + apart(-good, directions, SHOWN)[::-1]
         chosen += extremes
         captions += [
-            f"{name}\n{'best' if k < SHOWN else 'worst'} {values[name][view]:.4g}" for k, view in enumerate(extremes)
+            f"{name}\n{'best' if k < SHOWN else 'worst'} {number(values[name][view])}"
+            for k, view in enumerate(extremes)
         ]
     context.say("pictures", 0, 2)
     pages = sheets.pages_of(context.folder / "measures.png", -(-len(names) // SPHERES))

@@ -62,6 +62,8 @@ def tour(
     start = exhaustive_search(good, LEVEL, context.opened.axes).direction
     path = explore(good, start, steps, np.radians(step), avoided=avoided, is_loop=film.is_loop)
     up = context.stand.up
+    shown = gauge(path.directions)
+    ends = {"start": 0, "end": -1}
     plots.sphere_plot(
         context.folder / "path.png",
         [f"{name}: {steps} steps of {step:g}°"],
@@ -70,13 +72,12 @@ def tour(
         [values],
         up,
         smooth(path.directions, 12 * steps + 1, film.is_loop),
-        [{"start": path.directions[0], "end": path.directions[-1]}],
+        [{text: plots.Mark(path.directions[k], float(shown[k])) for text, k in ends.items()}],
     )
     directions = smooth(path.directions, film.frames, film.is_loop)
     viewpoints = carried(context.stand.centre, context.stand.distance, directions, up, film.is_loop)
     write_frames(context, viewpoints, film)
     write_sensors(context.folder / "cameras.xml", viewpoints, context.stand.lens, film.size, context.stand.clip)
-    shown = gauge(path.directions)
     distances = np.degrees(angle(path.directions, path.directions[0]))
     table = list(zip(path.directions, shown, path.weights, distances, strict=True))
     rows = [[k, *place, value, weight, distance] for k, (place, value, weight, distance) in enumerate(table)]
