@@ -18,6 +18,7 @@ from tracer.errors import SceneError, SettingsError
 ABOUT = {
     "bias": "How far the mean of adaptive pictures is off. 15 minutes.",
     "cluster": "Workers against one process, a model of more. 10 minutes.",
+    "decisions": "Pictures of how it decides, and what that gains. 5 minutes.",
     "guiding": "What the best choice of lights would gain. 15 minutes.",
     "paper": "The paper's rules for rays of patches. 25 minutes.",
     "production": "Noise targets, limits of time, checkpoints. 30 minutes.",

@@ -6,8 +6,6 @@ that showing takes less than 2 % of the time.
 
 Example::
 
-    from pathlib import Path
-
     import tracer
     from tracer import live
 
@@ -16,7 +14,7 @@ Example::
         return now.seconds < 60
 
 
-    show = live.together(live.png(Path("now.png")), stop_after_a_minute)
+    show = live.together(live.png("now.png"), stop_after_a_minute)
     tracer.render("scene.xml", noise=0.05, progress=show)
 """
 
@@ -69,17 +67,18 @@ class Occasional:
         self.next = end + max(LEAST_SECONDS, (end - start) / SHARE)
 
 
-def png(path: Path) -> Occasional:
+def png(path: str | Path) -> ProgressCallback:
     """Return a callback that writes the picture, as a screen shows it, to a PNG file that is replaced as a whole.
 
     Raises OutputError at once if the file cannot be written. If that happens later, the callback warns and stops
     writing.
     """
-    atomic.check_output(path, overwrite=True, suffixes=(".png",))
+    target = Path(path)
+    atomic.check_output(target, overwrite=True, suffixes=(".png",))
 
     def show(progress: Progress) -> None:
         try:
-            exr.write_png(path, display(progress.image))
+            exr.write_png(target, display(progress.image))
         except OutputError as error:
             callback.closed = True  # a render is not given up for a picture of its progress
             logger.warning("%s The render goes on without it.", error)
@@ -88,7 +87,7 @@ def png(path: Path) -> Occasional:
     return callback
 
 
-def tev(name: str, address: str = "") -> Occasional:
+def tev(name: str, address: str = "") -> ProgressCallback:
     """Return a callback that shows the picture and its sample counts under ``name`` in tev, at ``host:port``.
 
     ``address``: where tev listens, 127.0.0.1:14158 by default. Raises SettingsError if tevclient is not installed or

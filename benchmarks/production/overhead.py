@@ -72,7 +72,7 @@ def overheads(name: str, path: Path, announce: Announce) -> list[Overhead]:
                     complete(rendering, request)
                 seconds.setdefault(way, []).append(time.perf_counter() - start)
                 writes = rendering.keeper.writes.count if rendering.keeper is not None else 0
-                counts[way] = writes if live_picture is None else live_picture.shown
+                counts[way] = live_picture.shown if isinstance(live_picture, live.Occasional) else writes
     plain_seconds = np.array(seconds["plain"])
     return [
         Overhead(

@@ -30,7 +30,7 @@ def program(monkeypatch, capfd):
 def test_help_says_what_each_measures_and_how_long_it_takes():
     command = [sys.executable, "-m", "benchmarks", "--help"]
     said = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True, timeout=PATIENCE).stdout
-    for name in ("bias", "cluster", "guiding", "paper", "production", "radiosity", "time", "viewpoint"):
+    for name in ABOUT:
         (line,) = (line for line in said.splitlines() if line.startswith(f"│ {name} "))
         assert ABOUT[name] in line
         assert "minutes." in line
@@ -44,16 +44,11 @@ def test_every_benchmark_is_a_folder_and_has_a_command():
 def test_an_unknown_benchmark_is_one_sentence(program, tmp_path):
     code, out, error = program("radiosty", "-o", tmp_path / "out")
     assert (code, out) == (2, "")
-    assert error == (
-        "tracer: There is no benchmark 'radiosty'; there are: bias, cluster, guiding, paper, production, radiosity, "
-        "time, viewpoint.\n"
-    )
+    assert error == f"tracer: There is no benchmark 'radiosty'; there are: {', '.join(ABOUT)}.\n"
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize(
-    "name", ["bias", "cluster", "guiding", "paper", "production", "radiosity", "time", "viewpoint"]
-)
+@pytest.mark.parametrize("name", ABOUT)
 def test_results_are_not_overwritten_unasked(program, name, tmp_path):
     (tmp_path / "results.json").write_text("{}")
     for folder in ("meshes", "molecules"):

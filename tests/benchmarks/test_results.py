@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks import harness
+from benchmarks.__main__ import ABOUT
 
 RESULTS = Path(__file__).parents[2] / "results"
 
@@ -20,9 +21,7 @@ def test_every_reader_of_json_can_read_it(path):
     json.loads(path.read_text(), parse_constant=refuse)
 
 
-@pytest.mark.parametrize(
-    "name", ["bias", "cluster", "guiding", "paper", "production", "radiosity", "time", "viewpoint"]
-)
+@pytest.mark.parametrize("name", ABOUT)
 def test_a_page_is_what_its_numbers_say(name, monkeypatch):
     report = importlib.import_module(f"benchmarks.{name}.report")
     page = (RESULTS / name / "results.md").read_text()

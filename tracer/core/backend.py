@@ -124,10 +124,10 @@ def reload_plugins(old_variant: str | None, new_variant: str) -> None:
 def activate(variant: str | None = None) -> str:
     """Make Mitsuba ready to render and return the name of the variant.
 
-    ``variant``: a name of ``mi.variants()`` that begins with "llvm_" or "cuda_". None keeps the variant that is active,
-    and sets "llvm_ad_rgb" if there is none. The plugins of tracer are registered, too. Raises BackendError, before
-    anything is rendered, when the variant does not exist or cannot run wavefronts, when there is no usable LLVM, or,
-    for a CUDA variant, no GPU.
+    ``variant``: a name of ``mi.variants()`` that begins with ``llvm_`` or ``cuda_``. None keeps the variant that is
+    active, and sets ``llvm_ad_rgb`` if there is none. The plugins of tracer are registered, too. Raises BackendError,
+    before anything is rendered, when the variant does not exist or cannot run wavefronts, when there is no usable LLVM,
+    or, for a CUDA variant, no GPU.
 
     Example::
 

@@ -20,6 +20,9 @@ class Plugin(Protocol):
     def class_name(self) -> str:
         """Return the name of its class."""
 
+    def id(self) -> str:
+        """Return the name that the scene file gives it, or one that Mitsuba made up."""
+
 
 class Filter(Protocol):
     """A reconstruction filter: ``mi.ReconstructionFilter``."""
@@ -118,6 +121,9 @@ class Sensor(Plugin, Protocol):
     def get_medium(self) -> mi.Medium:
         """Return the medium in which the camera is, or a null pointer."""
 
+    def world_transform(self) -> mi.AffineTransform4f:
+        """Return the transform from the frame of the camera to the world."""
+
     def sample_ray(
         self, time: mi.Float, sample1: mi.Float, sample2: mi.Point2f, sample3: mi.Point2f, active: mi.Bool | bool = ...
     ) -> tuple[mi.Ray3f, mi.Spectrum]:
@@ -160,19 +166,62 @@ class Integrator(Plugin, Protocol):
         """Return the names of the AOVs."""
 
 
+class Emitter(Plugin, Protocol):
+    """A light: ``mi.Emitter``."""
+
+    def flags(self) -> int:
+        """Return what kind of light it is, as ``mi.EmitterFlags``."""
+
+    def is_environment(self) -> bool:
+        """Return whether it surrounds the scene."""
+
+    def sampling_weight(self) -> float:
+        """Return how often it is chosen, relative to other lights."""
+
+class Shape(Plugin, Protocol):
+    """A shape: ``mi.Shape``, or ``mi.Mesh``, which has vertices and faces, too."""
+
+    def is_mesh(self) -> bool:
+        """Return whether it is a mesh."""
+
+    def primitive_count(self) -> int:
+        """Return the number of its faces; 1 if it is no mesh, 0 if it is only there to be instanced."""
+
+    def surface_area(self) -> mi.Float:
+        """Return its area, in squared units of the scene."""
+
+    def bbox(self) -> mi.ScalarBoundingBox3f:
+        """Return the box that holds it."""
+
+    def bsdf(self) -> Any:
+        """Return its material (``mi.BSDF``), or None."""
+
+    def emitter(self) -> Any:
+        """Return the light that it is (``Emitter``), or None."""
+
+    def is_medium_transition(self) -> bool:
+        """Return whether there is another medium on its other side."""
+
+    def interior_medium(self) -> mi.Medium | None:
+        """Return the medium within it, or None."""
+
+    def exterior_medium(self) -> mi.Medium | None:
+        """Return the medium around it, or None."""
+
+
 class Scene(Protocol):
     """A loaded scene: ``mi.Scene``."""
 
-    def sensors(self) -> Sequence[Any]:
+    def sensors(self) -> Sequence[Sensor]:
         """Return the sensors, in the order of their numbers."""
 
-    def integrator(self) -> Any:
+    def integrator(self) -> Integrator | None:
         """Return the integrator that the scene asks for, or None."""
 
-    def shapes(self) -> Sequence[Any]:
+    def shapes(self) -> Sequence[Shape]:
         """Return the shapes, in the order of their numbers."""
 
-    def emitters(self) -> Sequence[Any]:
+    def emitters(self) -> Sequence[Emitter]:
         """Return the lights."""
 
     def ray_intersect(self, ray: mi.Ray3f, *arguments: Any, **keywords: Any) -> mi.SurfaceInteraction3f:

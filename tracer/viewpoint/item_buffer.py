@@ -59,8 +59,11 @@ class Rays:
     """
 
     side: int = 0
+    """Number of rays across the grid; 0 for random rays."""
     random: int = 0
+    """Number of random rays; 0 for a grid."""
     seed: int = 0
+    """Seed of random rays."""
 
     def rows(self, lens: Lens) -> int:
         """Return how many rows the grid has: ``side`` in a square image, else more or fewer by its aspect."""

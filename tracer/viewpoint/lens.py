@@ -68,6 +68,7 @@ class Orthographic(Lens):
     """
 
     reach: float
+    """Half the side of the window."""
 
     def ray(self, u: Any, v: Any) -> tuple[Any, Any, Any]:
         """See ``Lens.ray``."""
@@ -94,6 +95,7 @@ class Perspective(Lens):
     """
 
     field_of_view: float
+    """Angle between opposite sides of the image, in degrees."""
 
     @property
     def reach(self) -> float:

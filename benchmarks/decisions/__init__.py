@@ -1,0 +1,1 @@
+"""What adaptive renders decide, shown on one scene each."""
