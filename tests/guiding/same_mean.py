@@ -45,7 +45,7 @@ def require_same_mean(scene, integrator=None, spp=64):
 def require_same_brightness(scores):
     """Fail if many cases together are surely brighter or darker with what was learned (Stouffer's sum of scores).
 
-    A case alone misses an error of 2 % of the brightness more often than it finds it; together they find it.
+    A case alone misses an error of 1 % of the brightness more often than it finds it; together they find it.
     """
     assert abs(together(scores)) < stats.norm.isf(FALSE_ALARM / 2)
 
