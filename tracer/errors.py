@@ -7,7 +7,7 @@ Example::
     try:
         tracer.render("scene.xml", spp=-1)
     except tracer.errors.SettingsError as error:
-        print(error)  # Spp: input should be greater than or equal to 1 (was -1).
+        print(error)  # spp: input should be greater than or equal to 1 (was -1).
     except tracer.errors.TracerError as error:
         raise SystemExit(error.exit_code)
 """

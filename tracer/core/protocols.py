@@ -178,6 +178,7 @@ class Emitter(Plugin, Protocol):
     def sampling_weight(self) -> float:
         """Return how often it is chosen, relative to other lights."""
 
+
 class Shape(Plugin, Protocol):
     """A shape: ``mi.Shape``, or ``mi.Mesh``, which has vertices and faces, too."""
 

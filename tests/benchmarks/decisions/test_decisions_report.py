@@ -28,7 +28,7 @@ def test_both_maps_of_errors_end_at_the_same_value():
 
 @pytest.mark.slow
 def test_figures_numbers_and_page_are_written(tmp_path, monkeypatch):
-    for name, value in {"SIZE": 32, "SPP": 32, "REFERENCE_SPP": 64}.items():
+    for name, value in {"SIZE": 96, "REFERENCE_SPP": 64}.items():
         monkeypatch.setattr(report, name, value)
     said = []
     report.report(tmp_path, lambda *step: said.append(step))
