@@ -32,6 +32,8 @@ BINS = 64
 """Number of bins of the histogram of a picture's luminance."""
 DARK = 0.01
 """Luminance below which a pixel counts as dark; 1 is white."""
+WHITE = 0.999
+"""A pixel is burnt out if one of its colours is at least this."""
 ACROSS = 5
 """Scenes side by side in the picture."""
 WAYS = {"geometry": False, "light": True}
@@ -74,12 +76,19 @@ def best_view(opened: Opened) -> tuple[Viewpoints, Lens, Stand]:
 
 
 def content(picture: Floats) -> dict[str, float]:
-    """Return the entropy, in bits, of a picture's histogram of shown luminance, and the share of its dark pixels."""
+    """Return what a picture shows.
+
+    ``entropy``: of the histogram of its shown luminance, in bits; ``dark`` and ``burnt out``: shares of its pixels.
+    """
     linear = luminance(decode_srgb(picture))
     shown = np.cbrt(linear)  # about as bright as it looks
     counts = np.histogram(shown, BINS, (0, 1))[0]
     share = counts[counts > 0] / counts.sum()
-    return {"entropy": float(np.sum(share * np.log2(1 / share))), "dark": float(np.mean(linear < DARK))}
+    return {
+        "entropy": float(np.sum(share * np.log2(1 / share))),
+        "dark": float(np.mean(linear < DARK)),
+        "burnt out": float(np.mean(picture.max(axis=-1) >= WHITE)),
+    }
 
 
 def draw(pictures: dict[str, dict[str, NDArray]], path: Path) -> None:

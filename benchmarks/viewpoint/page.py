@@ -16,6 +16,11 @@ Rows = list[dict[str, Any]]
 SHOWN = {"measures": "best_and_worst.png", "tour": "tour.webp", "cover": "views.png", "map": "map.png"}
 """File name of the picture that is shown of a folder, by the first word of the folder's name."""
 
+CONTENT = ("entropy", "dark", "burnt out")
+"""What is said of a picture, see ``benchmarks.viewpoint.lit.content``."""
+SAME = 0.02
+"""Entropies that differ by at most this, in bits, are about the same."""
+
 
 def to_page(sections: dict[str, Any]) -> str:
     """Return the results as Markdown."""
@@ -110,23 +115,31 @@ def lit_views(rows: Rows) -> str:
     """Return the section on light as a part of complexity."""
     if not rows:
         return "\nThere was no scene with a light."
-    better = sum(row["light"]["entropy"] > row["geometry"]["entropy"] for row in rows)
-    means = {way: {key: np.mean([row[way][key] for row in rows]) for key in ("entropy", "dark")} for way in WAYS}
+    gains = [row["light"]["entropy"] - row["geometry"]["entropy"] for row in rows]
+    better, worse = sum(gain > SAME for gain in gains), sum(gain < -SAME for gain in gains)
+    outlier = int(np.argmax(np.abs(gains)))
+    others = [row for number, row in enumerate(rows) if number != outlier] or rows
+    means = [
+        {"scene": name, **{way: {key: np.mean([row[way][key] for row in some]) for key in CONTENT} for way in WAYS}}
+        for name, some in (("**mean**", rows), (f"**mean without {rows[outlier]['scene']}**", others))
+    ]
     lines = [
         [
             row["scene"],
             *(f"{row[way]['entropy']:z.2f}" for way in WAYS),
-            *(f"{100 * row[way]['dark']:.0f} %" for way in WAYS),
+            *(f"{100 * row[way][key]:.0f} %" for key in CONTENT[1:] for way in WAYS),
         ]
-        for row in [*rows, {"scene": "**mean**", **means}]
+        for row in [*rows, *means]
     ]
+    headings = ["scene", *(f"{unit}, {way}" for unit in ("bits", *CONTENT[1:]) for way in WAYS)]
     return f"""
 The view with the greatest entropy of shapes, where every shape counts the same (geometry), and where each of its \
 sides counts as well as the scene's own light shows it (light). Its picture, in that light, is judged by \
-something else: the entropy of the histogram of luminance, in bits, and the share of dark pixels. The picture by light \
-has the greater entropy on {better} of {len(rows)} scenes.
+something else: the entropy of the histogram of luminance, in bits, and the shares of dark and of burnt-out pixels. \
+By light the picture has the greater entropy, by more than {SAME:g} bits, on {better} of {len(rows)} scenes, and the \
+smaller on {worse}.
 
-{markdown_table(["scene", *(f"bits, {way}" for way in WAYS), *(f"dark, {way}" for way in WAYS)], lines)}
+{markdown_table(headings, lines)}
 ![The pictures of both ways](light.png)"""
 
 

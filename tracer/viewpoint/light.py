@@ -1,4 +1,4 @@
-"""How well a scene's own light shows each surface: what lies in the dark tells a person who looks nothing.
+"""How well a scene's own light shows each surface: what is dark or burnt out tells a person who looks nothing.
 
 The light that a surface sends out, whatever the view, is estimated by paths that end at random places on either side of
 it. The scene's integrator follows them, so that shadows, materials and light from other surfaces count.
@@ -28,13 +28,17 @@ LEAST, MOST = 4, 256
 OFFSET = 1e-3
 """Paths begin so far from the place where they end, in radii of the subject."""
 
+BEST = 0.25
+"""The luminance of which the cube root, times what it lacks to white, is greatest."""
+
 
 def shown_by_light(subject: Subject, seed: int = 0) -> Floats:
-    """Return how well light shows front and back of each surface (Z, 2), 0 to 1: L / (L + M) if it sends out light L.
+    """Return how much a picture can tell apart on front and back of each surface (Z, 2), 0 to 1: b (1 - L) / 0.47.
 
-    L is the mean luminance of the side, and M that of all surfaces, by area and on their brighter sides: the response
-    of an eye that has adapted to M (K. Naka and W. Rushton, 1966). Surfaces whose places are unknown, such as
-    instances, have the value 1. Raises SceneError for a scene without light, or if no surface is lit.
+    L is the mean luminance of the side, at most 1, which is white in a picture, and b = L^(1/3) is its brightness there
+    (CIE 1976): nothing can be told apart on what is black or burnt out. The best luminance is 0.25. Surfaces whose
+    places are unknown, such as instances, have the value 1. Raises SceneError for a scene without light, or if all
+    surfaces are black or burnt out.
     """
     if not subject.scene.emitters():
         raise SceneError("There is no light in the scene that could show anything.")
@@ -42,12 +46,16 @@ def shown_by_light(subject: Subject, seed: int = 0) -> Floats:
     sides = [radiance_sent(subject, points, sign * normals, seed + k) for k, sign in enumerate((1.0, -1.0))]
     count = np.maximum(np.bincount(surface, minlength=subject.count), 1)
     sent = np.stack([np.bincount(surface, side, subject.count) / count for side in sides], axis=-1)
-    has_places = np.bincount(surface, minlength=subject.count) > 0
-    areas = np.where(has_places & np.isfinite(subject.areas), subject.areas, 0.0)
-    mean = float(np.sum(areas * sent.max(axis=-1)) / areas.sum()) if areas.sum() > 0 else 0.0
-    if not 0 < mean < np.inf:
+    if not np.any(sent > 0):
         raise SceneError("The light of the scene reaches no surface, so that it shows nothing.")
-    return np.where(has_places[:, None], sent / (sent + mean), 1.0)
+    seen = np.minimum(sent, 1.0)
+    shown = np.cbrt(seen) * (1 - seen) / (np.cbrt(BEST) * (1 - BEST))
+    if not np.any(shown > 0):
+        raise SceneError(
+            "All that light reaches is burnt out, brighter than white; make the lights of the scene weaker."
+        )
+    has_places = np.bincount(surface, minlength=subject.count) > 0
+    return np.where(has_places[:, None], shown, 1.0)
 
 
 def weighted_by_light(subject: Subject) -> Subject:

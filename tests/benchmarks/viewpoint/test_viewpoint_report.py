@@ -124,11 +124,22 @@ def test_a_mesh_that_is_not_there(tmp_path):
 
 
 def test_a_picture_is_judged_by_its_histogram():
-    """Half black, half white: one bit, and half of it dark. All grey: nothing."""
+    """Half black, half white: one bit, half of it dark and half burnt out. All grey: nothing."""
     halves = np.zeros((8, 8, 3))
     halves[:4] = 1
-    assert content(halves) == {"entropy": pytest.approx(1.0), "dark": pytest.approx(0.5)}
-    assert content(np.full((8, 8, 3), 0.5)) == {"entropy": pytest.approx(0.0), "dark": 0.0}
+    assert content(halves) == {"entropy": pytest.approx(1.0), "dark": 0.5, "burnt out": 0.5}
+    assert content(np.full((8, 8, 3), 0.5)) == {"entropy": pytest.approx(0.0), "dark": 0.0, "burnt out": 0.0}
+
+
+def test_the_mean_is_also_told_without_the_scene_of_the_largest_gain():
+    def row(scene, *entropies):
+        ways = zip(("geometry", "light"), entropies, strict=True)
+        return {"scene": scene, **{way: {"entropy": bits, "dark": 0.2, "burnt out": 0.1} for way, bits in ways}}
+
+    text = page_of_light([row("a", 2.0, 2.5), row("b", 3.0, 2.8), row("black", -0.0, 2.4), row("c", 1.0, 1.01)])
+    assert "on 2 of 4 scenes, and the smaller on 1." in text
+    assert "| black | 0.00 | 2.40 |" in text
+    assert "| **mean without black** | 2.00 | 2.10 | 20 % | 20 % | 10 % | 10 % |" in text
 
 
 @pytest.mark.slow
