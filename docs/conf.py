@@ -54,6 +54,7 @@ nb_execution_timeout = 300
 nb_execution_excludepatterns = ["docs/**"]
 
 autodoc_typehints_format = "short"
+autodoc_type_aliases = {"ArrayLike": "ArrayLike"}  # else it is spelt out, in three lines
 autodoc_member_order = "bysource"
 python_maximum_signature_line_length = 80
 
