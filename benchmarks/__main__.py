@@ -20,9 +20,9 @@ ABOUT = {
     "cluster": "Workers against one process, a model of more. 10 minutes.",
     "decisions": "Pictures of how it decides, and what that gains. 5 minutes.",
     "guiding": "What the best choice of lights would gain. 15 minutes.",
-    "paper": "The paper's rules for rays of patches. 25 minutes.",
+    "paper": "The paper's rules for rays of patches. 30 minutes.",
     "production": "Noise targets, limits of time, checkpoints. 30 minutes.",
-    "radiosity": "Guided rays against even ones and paths. 30 minutes.",
+    "radiosity": "Guided rays against even ones and paths. 40 minutes.",
     "time": "Seconds of every part, beside plain mi.render. 60 minutes.",
     "viewpoint": "Measures of views, searches, large files. 20 minutes.",
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import astuple, dataclass
 from typing import Any
 
@@ -15,6 +16,7 @@ from benchmarks.paper.scenes import in_corner
 from benchmarks.radiosity.convergence import Gathered, Place
 from tracer.core.arrays import Floats
 from tracer.radiosity.guide import Guide
+from tracer.radiosity.hemisphere import Kind
 from tracer.radiosity.irradiance import gather
 from tracer.radiosity.lattice import evenly, lattice, random_numbers, randomly
 from tracer.radiosity.paper import PaperRays, PaperRules, paper_guide
@@ -43,6 +45,10 @@ class Looked:
     """Rays through each triangle."""
     is_free: bool
     """Whether these rays are not counted."""
+    kind: Kind = PaperRules().kind
+    """Kind of complexity, see ``Division``."""
+    threshold: float = PaperRules().threshold
+    """Complexity above which a triangle is split."""
 
 
 LOOKS = (
@@ -53,6 +59,16 @@ LOOKS = (
     Looked("depth 0, 1 look", 0, 1, False),
 )
 """All ways that are measured. With one look the complexity of a triangle is always 1, so that all get as many rays."""
+OTHER_KINDS: dict[str, tuple[Kind, float]] = {"entropy": ("entropy", 1.0), "C(V)": ("viewpoint_complexity", 1.0)}
+"""Kinds of complexity that the paper defines beside the number of faces, and thresholds, by their names in tables."""
+OTHER_LOOKS = (
+    Looked("faces, depth 0, 4 looks", 0, 4, False),
+    *(Looked(f"{name}, depth 1, known", 1, KNOWN, True, *kind) for name, kind in OTHER_KINDS.items()),
+    *(Looked(f"{name}, depth 0, 4 looks", 0, 4, False, *kind) for name, kind in OTHER_KINDS.items()),
+)
+"""Ways that are measured with other kinds of complexity, and one with the number of faces beside them."""
+OTHER_RAYS = (32,)
+"""Numbers of rays a point with other kinds of complexity."""
 
 
 def uniformly(point: Any, ray_index: Any, rays: Any, seed: int) -> tuple[Any, Any]:
@@ -62,20 +78,22 @@ def uniformly(point: Any, ray_index: Any, rays: Any, seed: int) -> tuple[Any, An
     return local, 2 * dr.pi * local.z / mi.Float(rays)
 
 
-def step_count() -> int:
+def step_count(ray_counts: Sequence[int]) -> int:
     """Return the number of steps of a scene."""
-    return 1 + len(RAYS)
+    return 1 + len(ray_counts)
 
 
-def measure(place: Place, announce: Announce) -> list[dict[str, Any]]:
+def measure(
+    place: Place, looks: Sequence[Looked], ray_counts: Sequence[int], announce: Announce
+) -> list[dict[str, Any]]:
     """Return a row for every method and number of rays: gains over both kinds of random rays, and in each part.
 
     "typical" is the gain in the median over patches of the squared error, which a few bright patches do not rule.
     """
     announce(f"{place.example.name}, complexity by the paper's rules")
-    guides = {(look.name, seed): looked(place, look, seed) for look in LOOKS for seed in range(SEEDS)}
+    guides = {(look.name, seed): looked(place, look, seed) for look in looks for seed in range(SEEDS)}
     rows = []
-    for rays in RAYS:
+    for rays in ray_counts:
         announce(f"{place.example.name}, the paper's rules, {rays} rays")
         found: dict[str, list[Gathered | None]] = {
             COSINE: [plain(place, randomly, rays, seed) for seed in range(SEEDS)],
@@ -84,7 +102,7 @@ def measure(place: Place, announce: Announce) -> list[dict[str, Any]]:
             OURS: [by_ours(place, rays, seed) for seed in range(SEEDS)],
         }
         for is_right, energies in ((False, "as printed"), (True, "energies right")):
-            for look in LOOKS:
+            for look in looks:
                 found[f"{energies}, {look.name}"] = [
                     by_rules(place, look, guides[look.name, seed], is_right, rays, seed) for seed in range(SEEDS)
                 ]
@@ -99,7 +117,7 @@ def measure(place: Place, announce: Announce) -> list[dict[str, Any]]:
 
 def looked(place: Place, look: Looked, seed: int) -> Guide:
     """Return the triangles of all points after rays have looked."""
-    rules = PaperRules(depth=look.depth, look=look.look)
+    rules = PaperRules(look.kind, look.threshold, look.depth, look.look)
     return paper_guide(by_face(place.patches, place.see), place.single, rules, place.patches.faces, 1000 + seed)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks import harness
-from benchmarks.radiosity import ablations, convergence, figures, solutions, views
+from benchmarks.radiosity import ablations, convergence, figures, furnace, phases, solutions, views
 from benchmarks.radiosity.convergence import Curve
 from benchmarks.radiosity.scenes import examples
 from tracer.progress import StepCallback
@@ -24,12 +24,21 @@ CORNELL = "Cornell box"
 SOLVED = ("chandelier", "cove", "foliage")
 """Scenes of which whole solutions and pictures are made."""
 VIEWED = (CORNELL, "chandelier", "cove", "foliage")
-"""Scenes of which many views are compared with paths."""
+"""Scenes of which many views are compared with paths, and in which the time of solutions is looked into."""
 MIDDLE = 256
 """Rays a point in the tables that show all methods."""
 BEST = "deviation, warp"
 """Name of the method whose gains are shown for all numbers of rays."""
 
+PARTS = {
+    "curves": ("curves", "gains", "uses"),
+    "solutions": ("solutions", "pictures"),
+    "views": ("views",),
+    "phases": ("phases",),
+    "paths": ("paths", "large"),
+    "furnace": ("furnace",),
+}
+"""Names of the numbers that are measured together, by the name of the part."""
 Rows = list[dict[str, Any]]
 """Rows of a table, as plain values by name."""
 
@@ -41,38 +50,41 @@ def report(folder: Path, progress: StepCallback, resume: bool = False) -> None:
     """
     scenes = examples()
     numbers = {"seeds": convergence.SEEDS, **harness.measured_before(folder, resume)}
-    measures_curves, measures_solutions, measures_views, measures_paths = (
-        any(name not in numbers for name in names)
-        for names in (("curves", "gains", "uses"), ("solutions", "pictures"), ("views",), ("paths", "large"))
-    )
+    lacks = {name: any(part not in numbers for part in parts) for name, parts in PARTS.items()}
     solved_count, viewed_count = (sum(example.name in names for example in scenes) for names in (SOLVED, VIEWED))
     announce = harness.StepCounter(
         progress,
-        measures_curves * len(scenes) * (1 + convergence.step_count() + ablations.step_count())
-        + measures_solutions * solved_count * solutions.step_count()
-        + measures_views * viewed_count * views.step_count()
-        + measures_paths * solutions.cornell_step_count(),
+        lacks["curves"] * len(scenes) * (1 + convergence.step_count() + ablations.step_count())
+        + lacks["solutions"] * solved_count * solutions.step_count()
+        + lacks["views"] * viewed_count * views.step_count()
+        + lacks["phases"] * viewed_count * phases.step_count()
+        + lacks["paths"] * solutions.cornell_step_count()
+        + lacks["furnace"] * furnace.step_count(),
     )
     curves: list[Curve] = []
-    measured: dict[str, Rows] = {name: [] for name in ("uses", "solutions", "pictures", "views")}
+    measured: dict[str, Rows] = {name: [] for name in ("uses", "solutions", "pictures", "views", "phases")}
     for example in scenes:
-        if measures_curves:
+        if lacks["curves"]:
             announce(f"{example.name}, truth")
             place = convergence.prepare(example)
             curves += convergence.measure(place, announce)
             measured["uses"] += ablations.uses(place, announce)
-        if example.name in SOLVED and measures_solutions:
+        if example.name in SOLVED and lacks["solutions"]:
             measured["solutions"] += solutions.solutions(example, announce)
             measured["pictures"].append(solutions.pictures(example, announce))
-        if example.name in VIEWED and measures_views:
+        if example.name in VIEWED and lacks["views"]:
             measured["views"].append(views.views(example, announce))
+        if example.name in VIEWED and lacks["phases"]:
+            measured["phases"] += phases.phases(example, announce)
     numbers |= {name: rows for name, rows in measured.items() if name not in numbers or rows}
-    if measures_curves:
+    if lacks["curves"]:
         numbers |= {"curves": [asdict(curve) for curve in curves], "gains": convergence.gains_over_even(curves)}
-    if measures_paths:
+    if lacks["paths"]:
         cornell = next(example for example in scenes if example.name == CORNELL)
         numbers["paths"] = solutions.against_paths(cornell, announce)
         numbers["large"] = solutions.large(cornell, announce)
+    if lacks["furnace"]:
+        numbers["furnace"] = furnace.furnace(announce)
     figures.draw_curves([Curve(**curve) for curve in numbers["curves"]], folder / FIGURE)
     harness.write(folder, numbers, to_page(numbers))
 
@@ -100,11 +112,24 @@ but in the last row.
         f"Whole solutions, {solutions.RAYS} rays a patch": solution_table(numbers["solutions"]),
         f"Final gathers, {solutions.SPP} samples a pixel": picture_table(numbers["pictures"]),
         "Views of one solution": f"""
-Seconds of all processors, to the noise of {views.SPP} paths a pixel. From the last number of views on, one solution is
-cheaper than paths; "-": it never is. "apart" is the mean absolute difference of pictures of {views.TRUTH} samples, over
-their mean: the bias of patches, and what noise is left.
+Seconds of all processors. "apart" is how far pictures of the solution tend to be from those of paths, and "noise" the
+error of {views.SPP} paths a pixel, both as root mean squares over the mean of the picture. How far they are apart is
+found from pairs of pictures of {views.TRUTH} samples, whose noise is independent; "none seen": it is lost in what noise
+is left. A view by radiosity takes as many samples as make its noise, and what it is apart, together as small as the
+noise of paths; "-": what it is apart is more. From the last number of views on, one solution is cheaper than paths;
+"-": it never is.
 
 {view_table(numbers["views"])}""",
+        "Where the time of a solution goes": f"""
+Seconds of all processors, {phases.SPP} samples a pixel, once all kernels are compiled. Gathering is guided, and its
+light straight from lamps comes along rays to them.
+
+{phase_table(numbers["phases"])}""",
+        "Furnace": f"""
+A box of {numbers["furnace"][0]["patches"]} patches that shines and reflects everywhere: how far
+the radiosity of patches is off, on average and at most, and how much too bright all are together.
+
+{furnace_table(numbers["furnace"])}""",
         "Against the path tracer, in the Cornell box": f"""
 Mean absolute difference of pictures from 2048 paths a pixel, over their mean; and the ratio of the means.
 
@@ -185,13 +210,40 @@ def view_table(rows: Rows) -> str:
     lines = [
         [
             row["scene"],
-            *(f"{row[name]:.2f}" for name in ("solved", "radiosity", "paths")),
-            f"{100 * row['bias']:.1f} %",
+            *("-" if row[name] is None else f"{row[name]:.2f}" for name in ("solved", "radiosity", "paths")),
+            f"{100 * row['noise']:.1f} %",
+            f"{100 * row['apart']:.1f} %" if row["apart"] > 0 else "none seen",
             str(row["number"] or "-"),
         ]
         for row in rows
     ]
-    return table(["", "solved once", "a view by radiosity", "by paths", "apart", "views"], lines)
+    return table(["", "solved once", "a view by radiosity", "by paths", "noise", "apart", "views"], lines)
+
+
+def phase_table(rows: Rows) -> str:
+    """Return a table of the seconds of the phases of solutions; phases that a method does not have are left empty."""
+    lines = [
+        [
+            f"{row['method']}, {row['scene']}",
+            *(f"{row['seconds'][phase]:.2f}" if row["seconds"][phase] else "" for phase in phases.PHASES),
+        ]
+        for row in rows
+    ]
+    return table(["", *phases.PHASES.values()], lines)
+
+
+def furnace_table(rows: Rows) -> str:
+    """Return a table of how far the patches of a furnace are off."""
+    lines = [
+        [
+            row["way"],
+            str(row["rays"]),
+            *(f"{100 * row[name]:.1f} %" for name in ("mean", "most")),
+            f"{round(100 * row['all'], 1) + 0.0:+.1f} %",  # no -0.0
+        ]
+        for row in rows
+    ]
+    return table(["", "rays", "on average", "at most", "all together"], lines)
 
 
 def path_table(rows: Rows) -> str:

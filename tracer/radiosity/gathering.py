@@ -111,6 +111,7 @@ def solve(
         return finish(patches, traced, direct, residual, lights, extra_rays, 0.0, on_step)
     rough_traced = trace(patches, groups, max(rays // FIRST, 1), seed, not lights, on_step)
     rough = finish(patches, rough_traced, direct, max(residual, COARSE), lights, 0, 0.0, on_step)
+    on_step("looks", 0, len(patches))
     see = patches.see(rough.radiosity - patches.emitted if lights else rough.radiosity, surroundings=not lights)
     guide = make_guide(by_face(patches, see), groups, division, guidance, patches.faces, seed + 1)
     look_rays = -(-guide.regions.rays // len(patches))
@@ -204,6 +205,7 @@ def finish(
     supplied = float(np.sum(patches.areas[:, None] * (patches.emitted + patches.albedo * arriving)))
     radiosity, irradiance = patches.emitted, arriving
     change, done = np.inf, 0
+    on_step("rounds", done, MOST_ROUNDS)
     while change > residual and done < MOST_ROUNDS:
         irradiance = arriving + gathered(traced, radiosity - patches.emitted if lights else radiosity)
         following = patches.emitted + patches.albedo * irradiance

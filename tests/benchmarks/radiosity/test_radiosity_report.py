@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from benchmarks.radiosity import ablations, convergence, report, solutions, views
+from benchmarks.radiosity import ablations, convergence, furnace, report, solutions, views
 from benchmarks.radiosity.scenes import examples
 
 
@@ -24,6 +24,7 @@ def test_a_small_report_has_all_its_files_and_can_be_stopped(tmp_path, monkeypat
     monkeypatch.setattr(views, "SPP", 1)
     monkeypatch.setattr(views, "TURNS", 1)
     monkeypatch.setattr(views, "TRUTH", 4)
+    monkeypatch.setattr(furnace, "RAYS", (64,))
     few = [name for name in ablations.USES if name in ("deviation", "entropy", "deviation, depth 0")]
     monkeypatch.setattr(ablations, "USES", {name: ablations.USES[name] for name in few})
     needed = [example for example in examples() if example.name in (report.SOLVED[0], report.CORNELL)]
