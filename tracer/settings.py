@@ -73,8 +73,8 @@ class Settings(BaseModel):
     cost: Literal["none", "root", "work"] = "root"
     """What the allocation takes a sample to cost: the same everywhere (none), so that most is gained with the same
     number of samples; the work of its path (work, see ``tracer.sampling.work``), so that most is gained in the same
-    time, where errors fall as 1 / n; or the root of that (root), between both. The study "rules" compares them: root is
-    "fused" there, none "fused by samples" and work "fused by work"."""
+    time, where errors fall as 1 / n; or the root of that (root), which is between both. ``tracer study rules`` compares
+    them."""
     importance: str | None = None
     """Image file whose values multiply the importance of each pixel: a mask or weights, scaled to the picture."""
     shape_weights: dict[str, float] = Field(default_factory=dict)
