@@ -22,10 +22,10 @@ from tracer.session.guidance import choose_by, guided_view, learn_lights
 from tracer.session.memory import resident
 from tracer.study.tables import markdown_table
 
-COUNTS, KINDS = (10, 100, 1000, 10_000), ("point", "rectangle")
+COUNTS, KINDS = (10, 100, 1000, 10_000), ("point", "sphere")
 """Numbers of lights, and kinds of them."""
-SIZE, SPP, TURNS, SEED = (192, 144), 64, 5, 970
-"""Width and height of the picture, samples of each pixel, and number of times that they are drawn."""
+SIZE, SPP, TURNS, SEED = (256, 192), 64, 5, 970
+"""Width and height of the picture, samples of each pixel, all in one pass, and number of times that they are drawn."""
 FLOOR = 10.0
 """Half the side of the floor above which the lights hang in a grid."""
 
@@ -74,13 +74,12 @@ def lit_floor(kind: str, light_count: int) -> Any:
 
 
 def light(kind: str, place: list[float], power: float) -> dict[str, Any]:
-    """Return the description of a light at a place: a point or a small rectangle that looks down."""
+    """Return the description of a light at a place: a point or a small ball."""
     if kind == "point":
         return {"type": "point", "position": place, "intensity": power}
-    half_side = 0.02
-    to_world = mi.ScalarTransform4f().translate(place).rotate([1, 0, 0], 180).scale(half_side)
-    emitter = {"type": "area", "radiance": power / (2 * half_side) ** 2}
-    return {"type": "rectangle", "to_world": to_world, "emitter": emitter}
+    radius = 0.02
+    emitter = {"type": "area", "radiance": power / (np.pi * radius**2)}
+    return {"type": "sphere", "center": place, "radius": radius, "emitter": emitter}
 
 
 def light_count_rows(kind: str, announce: Callable[[str], None]) -> list[LightCountRow]:
@@ -135,7 +134,7 @@ def taught(view: View) -> tuple[float, float, View]:
 def draw(recorded: Recorded, view: View) -> None:
     """Draw as many samples in each pixel, and wait for them."""
     scale = dr.opaque(mi.Float, SPP**-0.5)
-    for wavefront in line_of(np.full(view.pixel_count, SPP, np.uint32)).passes(PASS_SIZES[0]):
+    for wavefront in line_of(np.full(view.pixel_count, SPP, np.uint32)).passes(PASS_SIZES[-1]):
         pixel, index = lane_pixels(wavefront)
         recorded(dr.opaque(mi.UInt32, SEED), pixel, index, scale)
     dr.sync_thread()

@@ -19,7 +19,12 @@ def test_passes_are_even(left, size):
 
 @pytest.mark.parametrize(("rate", "size"), [(1e4, 0), (1e6, 0), (2e6, 1), (1e8, 2)])
 def test_pass_size_follows_the_rate(rate, size):
-    assert next_pass_size(rate) == PASS_SIZES[size]
+    assert next_pass_size(rate, 100) == PASS_SIZES[size]
+
+
+def test_passes_of_many_objects_are_large_at_once():
+    assert next_pass_size(None, 100) == PASS_SIZES[1]
+    assert next_pass_size(None, 10_000) == next_pass_size(1e4, 10_000) == PASS_SIZES[-1]
 
 
 def test_no_pass_is_larger_than_the_largest():

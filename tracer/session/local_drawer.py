@@ -72,7 +72,7 @@ class LocalDrawer:
         self.kinds = samples.moment_counts(view, moments)
         self.stack = ExitStack()
         self.record = self.stack.enter_context(recorded_drawing(view, moments, keep))
-        self.pass_size, self.largest_pass = PASS_SIZES[1], largest_pass
+        self.pass_size, self.largest_pass = next_pass_size(None, view.object_count), largest_pass
 
     def empty(self) -> Estimate:
         """Return an estimate of the view without samples."""
@@ -97,7 +97,7 @@ class LocalDrawer:
             drawn = self.record(on_device[0], pixel, index, on_device[1])
             dr.sync_thread()
             drawing = stopwatch.read() - start
-            self.pass_size = next_pass_size(window.lane_count / drawing.wall)
+            self.pass_size = next_pass_size(window.lane_count / drawing.wall, self.view.object_count)
             estimate.add(window, drawn)
             dr.sync_thread()
             yield Pass(window.sample_count, drawing, stopwatch.read() - start - drawing)
