@@ -36,7 +36,7 @@ def work_on_arrays(seconds: float) -> None:
 @pytest.mark.parametrize("shares", [heavy, lambda: work_on_arrays(PAUSE)])
 def test_what_threads_share_is_told_from_what_one_does(shares):
     def way(spp: int, seed: int) -> dict:
-        assert passes.next_pass_size(1.0) == passes.PASS_SIZES[-1]
+        assert passes.next_pass_size(1.0, 0) == passes.PASS_SIZES[-1]
         shares()
         time.sleep(PAUSE)
         return {}
