@@ -182,7 +182,7 @@ from tracer.cluster import worker_task
 
 def sleep_with_the_lock(*arguments):
     import ctypes
-    os.write(1, b"%d\n" % os.getpid())  # one write, as print's two of both workers may interleave
+    os.write(1, b"%d\\n" % os.getpid())  # one write, as print's two of both workers may interleave
     ctypes.PyDLL(None).sleep(1000)  # holds Python's lock, as code of Mitsuba may
 
 worker_task.draw_on_device = sleep_with_the_lock
