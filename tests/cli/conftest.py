@@ -4,6 +4,7 @@ import sys
 
 import pytest
 
+from cli.views import SCENE
 from tracer.cli import run
 
 
@@ -19,3 +20,10 @@ def tracer_program(monkeypatch, capfd):
         return stopped.value.code or 0, output.out, output.err
 
     return program
+
+
+@pytest.fixture
+def scene(tmp_path):
+    path = tmp_path / "scene.xml"
+    path.write_text(SCENE)
+    return path

@@ -13,8 +13,9 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from tracer.errors import OutputError, TracerError
+from tracer.errors import OutputError
 from tracer.io import atomic
+from tracer.study.each_file import exit_code_of_each
 from tracer.study.page.overview import LETTER, compared, overviews
 from tracer.study.page.svg import drawing, marker, series, text
 
@@ -79,19 +80,18 @@ def write_overview(folder: Path, record: dict[str, Any]) -> None:
 
 def main(arguments: list[str]) -> int:
     """Write the overviews of the folders that ``arguments`` name; return an exit code."""
+    return exit_code_of_each(arguments, renew_overview)
+
+
+def renew_overview(folder: Path) -> None:
+    """Write the overview of what a folder has. Raises OutputError if that is not from a study."""
+    path = folder / "results.json"
     try:
-        for name in arguments:
-            path = Path(name) / "results.json"
-            try:
-                record = json.loads(path.read_text(encoding="utf-8"))
-                record["study"]["methods"]
-            except (OSError, ValueError, KeyError, TypeError):
-                raise OutputError(f"'{path}' is not from a study; name the folder of one.") from None
-            write_overview(Path(name), record)
-    except (TracerError, OSError) as error:
-        sys.stderr.write(f"{error}\n")
-        return 2
-    return 0
+        record = json.loads(path.read_text(encoding="utf-8"))
+        record["study"]["methods"]
+    except (OSError, ValueError, KeyError, TypeError):
+        raise OutputError(f"'{path}' is not from a study; name the folder of one.") from None
+    write_overview(folder, record)
 
 
 if __name__ == "__main__":

@@ -10,8 +10,9 @@ import re
 import sys
 from pathlib import Path
 
-from tracer.errors import OutputError, TracerError
+from tracer.errors import OutputError
 from tracer.io.atomic import write_text
+from tracer.study.each_file import exit_code_of_each
 
 BLOCK = re.compile(r"(<!-- table: (\S+)(?: # ([^\n]+?))? -->\n)(.*?)(<!-- end -->)", re.DOTALL)
 """Pattern of a quoted table with its marks; its groups are the first mark, FILE, HEADING, the table and the end."""
@@ -45,14 +46,12 @@ def find_table(path: Path, heading: str | None) -> str:
 
 def main(arguments: list[str]) -> int:
     """Renew the tables in the Markdown files that ``arguments`` name; return an exit code."""
-    try:
-        for name in arguments:
-            path = Path(name)
-            write_text(path, quote(path.read_text(encoding="utf-8"), path.parent))
-    except (TracerError, OSError) as error:
-        sys.stderr.write(f"{error}\n")
-        return 2
-    return 0
+    return exit_code_of_each(arguments, renew_tables)
+
+
+def renew_tables(path: Path) -> None:
+    """Renew the tables in a Markdown file. Raises OutputError if a file has no such table."""
+    write_text(path, quote(path.read_text(encoding="utf-8"), path.parent))
 
 
 if __name__ == "__main__":
