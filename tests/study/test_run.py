@@ -127,6 +127,23 @@ def test_stopped_and_started_again(scene, tmp_path, monkeypatch):
     assert len(results.measurements) == 12
 
 
+def test_an_overwriting_run_that_is_stopped_loses_nothing(scene, tmp_path, monkeypatch):
+    first = run_study(plan_of(scene), tmp_path / "out")
+    results_file = tmp_path / "out" / "results.json"
+    written = results_file.read_bytes()
+    rendered = count_renders(monkeypatch)
+    with pytest.raises(KeyboardInterrupt):
+        run_study(plan_of(scene), tmp_path / "out", lambda text, done, total: done < 5, overwrite=True)
+    replaced = len(rendered)
+    assert 4 <= replaced <= 6
+    assert results_file.read_bytes() == written
+    second = run_study(plan_of(scene), tmp_path / "out")
+    assert (len(rendered), second.kept) == (replaced, 12)
+    errors = [{one.cell: one.scores.mse for one in results.measurements} for results in (first, second)]
+    assert errors[0] == errors[1]  # samples decide the pictures, not the run
+    assert len({one.took.run for one in second.measurements}) == 2
+
+
 def finished(folder):
     return {path for path in folder.rglob("*seed*.exr") if not path.name.startswith(".")}
 

@@ -30,7 +30,9 @@ def study(
     ] = None,
     workers: options.Workers = None,
     scheduler: options.Scheduler = None,
-    overwrite: options.Overwrite = False,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Render pictures again that are there, or replace another study.")
+    ] = False,
     quiet: options.Quiet = False,
 ) -> None:
     """Measure scenes x methods x budgets x seeds against references, and write a page that shows it.

@@ -60,14 +60,25 @@ def culprit(plan: Plan, scene: Scene, error: TracerError) -> tuple[str | int, ..
 
 
 def prepare_output(plan: Plan, output: Path, overwrite: bool) -> None:
-    """Make the folder ready for the study. Raises an error if it holds another study, or files that no study wrote."""
+    """Make the folder ready for the study. Raises an error if it holds another study, or files that no study wrote.
+
+    ``overwrite`` removes another study. Pictures of the same study stay until those that replace them are there.
+    """
     mark = output / cells.FOLDER / "study.json"
     require_own_folder(output, mark)
-    if overwrite:
-        if mark.exists():
-            shutil.rmtree(mark.parent)
-        for name in RESULT_FILES:
-            (output / name).unlink(missing_ok=True)
+    try:
+        require_same_study(plan, output, mark)
+    except TracerError:
+        if not overwrite:
+            raise
+        remove_study(output, mark)
+    if not mark.exists():
+        mark.parent.mkdir(exist_ok=True)
+        atomic.write_text(mark, json.dumps({"study": {"name": plan.name}}))
+
+
+def require_same_study(plan: Plan, output: Path, mark: Path) -> None:
+    """Raise an error if the results in a folder, or ``mark``, are of another study or damaged."""
     for study_name in filter(None, [study_in(output / RESULT_FILES[0]), study_in(mark)]):
         if study_name != plan.name:
             message = (
@@ -75,9 +86,14 @@ def prepare_output(plan: Plan, output: Path, overwrite: bool) -> None:
                 f"or {option('overwrite')} to replace what is there"
             )
             raise plan.origin.fault(message, ("name",))
-    if not mark.exists():
-        mark.parent.mkdir(exist_ok=True)
-        atomic.write_text(mark, json.dumps({"study": {"name": plan.name}}))
+
+
+def remove_study(output: Path, mark: Path) -> None:
+    """Remove the results in a folder, and its pictures if there is ``mark``."""
+    if mark.exists():
+        shutil.rmtree(mark.parent)
+    for name in RESULT_FILES:
+        (output / name).unlink(missing_ok=True)
 
 
 def require_own_folder(output: Path, mark: Path) -> None:

@@ -1,4 +1,4 @@
-"""Render the cells of a scene that are missing, one after the other, and keep each picture as soon as it is made."""
+"""Render cells of a scene, one after the other, and keep each picture as soon as it is made."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 from tracer.errors import TracerError
 from tracer.progress import Progress
 from tracer.study import oracle
-from tracer.study.cells import Cell, is_kept, store
+from tracer.study.cells import Cell, store
 from tracer.study.methods import Foretold, Method, Setting, Studio, TimedPicture
 from tracer.study.oracle_measurements import measure_truth
 from tracer.study.plan import Budget, MethodPlan, Plan, Scene
@@ -34,26 +34,24 @@ CellCallback = Callable[[Cell | None, str], None]
 def render_cells(
     plan: Plan, scene: Scene, blocks: list[list[Cell]], output: Path, run: str, notify: CellCallback
 ) -> list[Failure]:
-    """Render the cells that are missing; return those that failed.
+    """Render cells; return those that failed.
 
     All methods are opened and their kernels compiled before any is timed. Within a block the methods follow one
     another, so that a machine that changes speed does so for all of them.
     """
-    missing = [cell for block in blocks for cell in block if not is_kept(cell, output)]
-    needed = [method for method in plan.methods if any(cell.method == method.name for cell in missing)]
+    cells = [cell for block in blocks for cell in block]
+    needed = [method for method in plan.methods if any(cell.method == method.name for cell in cells)]
     failures: list[Failure] = []
-    if not missing:
-        return failures
     with ExitStack() as stack:
         try:
             studio = Studio(stack, scene.setting, [method.sampler for method in needed if method.sampler is not None])
         except Exception as error:  # whatever it is, the other scenes can still be measured
-            return [failure(cell, error) for cell in missing]
+            return [failure(cell, error) for cell in cells]
         opened = {method.name: Opened(studio, method, scene.setting, notify) for method in needed}
         for name, method in opened.items():
             notify(None, f"{scene.name}: {name}, warming up")
-            method.prepare({cell.budget for cell in missing if cell.method == name})
-        for cell in missing:
+            method.prepare({cell.budget for cell in cells if cell.method == name})
+        for cell in cells:
             text = f"{scene.name}: {cell.method}, {cell.budget.label}, seed {cell.seed}"
             notify(None, text)
             try:

@@ -24,7 +24,7 @@ from tracer.cluster.worker_setup import Setup, make_setup, require_same, softwar
 from tracer.core import backend
 from tracer.errors import ClusterError, SceneMissingError
 from tracer.scene.fingerprint import fingerprint
-from tracer.study.cells import Cell, is_kept, machine, store
+from tracer.study.cells import Cell, machine, store
 from tracer.study.methods import Studio, TimedPicture
 from tracer.study.plan import Plan, Scene, import_criteria
 from tracer.study.records import Failure
@@ -47,20 +47,16 @@ def render_cells(
     notify: CellCallback,
     connection: Connection,
 ) -> list[Failure]:
-    """Render the cells that are missing on workers; return those that failed. Raises ClusterError."""
-    missing = [[cell for cell in block if not is_kept(cell, output)] for block in blocks]
-    missing = [block for block in missing if block]
-    if not missing:
-        return []
+    """Render cells on workers; return those that failed. Raises ClusterError."""
     setting = scene.setting
     try:
         keywords = {"integrator": setting.integrator, "size": setting.size}
         setup = make_setup(setting.source, fingerprint(setting.source), mi.variant(), None, setting.sensor, **keywords)
     except Exception as error:  # whatever it is, the other scenes can still be measured
-        return [failure(cell, error) for block in missing for cell in block]
+        return [failure(cell, error) for block in blocks for cell in block]
     failures: list[Failure] = []
     notify(None, f"{scene.name}: opening on workers")
-    for made in made_elsewhere(connection, plan, scene, setup, missing, notify):
+    for made in made_elsewhere(connection, plan, scene, setup, blocks, notify):
         for cell, outcome in made:
             if isinstance(outcome, Failure):
                 failures.append(outcome)

@@ -51,9 +51,9 @@ def run_study(
 ) -> Results:
     """Measure all that a plan asks for, write it to the folder ``output`` after every scene, and return it.
 
-    Cells that an earlier run of the same study left there are not rendered again, unless ``overwrite``. Raises
-    SettingsError or MissingPackageError before the first ray, and KeyboardInterrupt if ``progress`` stops it: all
-    finished cells are kept. ``cluster``: workers that render the cells, as in ``tracer.render``; references are
+    Cells that an earlier run of the same study left there are not rendered again, unless ``overwrite``, which replaces
+    each as soon as its new picture is made, and removes another study. Raises SettingsError or MissingPackageError
+    before the first ray, and KeyboardInterrupt if ``progress`` stops it: all finished cells are kept. ``cluster``: workers that render the cells, as in ``tracer.render``; references are
     rendered by this process.
 
     ``metrics``: functions of your own, by name, beside those in the files that the plan names, from a picture and its
@@ -90,13 +90,13 @@ def run_study(
     with one_at_a_time(output):
         prepare_output(plan, output, overwrite)
         if cluster is None:
-            return Study(plan, scenes, output, progress, metrics=own_metrics).run()
+            return Study(plan, scenes, output, overwrite, progress, metrics=own_metrics).run()
         from tracer.cluster.connection import open_connection
         from tracer.study import render_cells_remote
 
         with open_connection(cluster) as connection:
             render_scene = partial(render_cells_remote.render_cells, connection=connection)
-            return Study(plan, scenes, output, progress, render_scene, own_metrics).run()
+            return Study(plan, scenes, output, overwrite, progress, render_scene, own_metrics).run()
 
 
 class Study:
@@ -107,6 +107,7 @@ class Study:
         plan: Plan,
         scenes: Sequence[Scene],
         output: Path,
+        overwrite: bool,
         progress: StepCallback | None,
         render_scene: Callable[..., list[Failure]] = render_cells.render_cells,
         metrics: Mapping[str, Metric] | None = None,
@@ -119,6 +120,7 @@ class Study:
         self.pictures: list[ScenePictures] = []
         self.blocks = {scene.name: cells.cells_of(plan, scene) for scene in scenes}
         self.book = ScoreBook(output / cells.FOLDER / "scores.json")
+        self.overwrite = overwrite
         self.missing = 0
         self.done = 0
         self.text = ""
@@ -127,16 +129,17 @@ class Study:
 
     def run(self) -> Results:
         """Render and measure scene after scene, and return the results."""
-        all_cells = [cell for blocks in self.blocks.values() for block in blocks for cell in block]
-        self.missing = sum(not cells.is_kept(cell, self.output) for cell in all_cells)
-        self.results.kept = len(all_cells) - self.missing
+        missing = {name: self.blocks_to_render(blocks) for name, blocks in self.blocks.items()}
+        self.missing = sum(len(block) for blocks in missing.values() for block in blocks)
+        self.results.kept = sum(len(block) for blocks in self.blocks.values() for block in blocks) - self.missing
         try:
             for scene in self.scenes:
-                blocks = self.blocks[scene.name]
-                failures = self.render_scene(self.plan, scene, blocks, self.output, self.run_id, self.report_cell)
-                self.results.failures += failures
+                if blocks := missing[scene.name]:
+                    self.results.failures += self.render_scene(
+                        self.plan, scene, blocks, self.output, self.run_id, self.report_cell
+                    )
                 try:
-                    self.measure(scene, [cell for block in blocks for cell in block])
+                    self.measure(scene, [cell for block in self.blocks[scene.name] for cell in block])
                 except Exception as error:  # the other scenes can still be measured
                     self.results.failures.append(
                         Failure(scene.name, "reference", "all", 0, render_cells.one_line(error))
@@ -146,6 +149,11 @@ class Study:
         finally:
             self.write(page=True)
         return self.results
+
+    def blocks_to_render(self, blocks: Sequence[Sequence[Cell]]) -> list[list[Cell]]:
+        """Return the cells of each block that are not kept, or all if they are to be replaced; no empty block."""
+        wanted = ([cell for cell in block if self.overwrite or not cells.is_kept(cell, self.output)] for block in blocks)
+        return [block for block in wanted if block]
 
     def write(self, page: bool) -> None:
         """Write the results so far, unless the folder holds those of more scenes from an earlier run."""
@@ -178,7 +186,7 @@ class Study:
         measured = []
         for k, (cell, picture, took) in enumerate(usable):
             self.tell(f"{scene.name}: scores", k, len(usable))
-            scores = self.book.scores(cell, picture.image, reference)
+            scores = self.book.scores(picture.image, reference)
             too_close = CLOSE**2 * scores.relative_mse < facts.reference_relative_mse
             own = values_of(self.metrics, picture.image, reference.image)
             measured.append(Measurement(cell, took, without_error_of(reference, scores), too_close, own))

@@ -13,7 +13,6 @@ import numpy as np
 from tracer.image import metrics, objective
 from tracer.image.metrics import Scores
 from tracer.io import atomic
-from tracer.study.cells import Cell
 from tracer.study.reference import Reference
 from tracer.study.source_hash import hash_of
 
@@ -32,9 +31,9 @@ class ScoreBook:
             except ValueError:  # damaged: its scores are computed again
                 self.known = {}
 
-    def scores(self, cell: Cell, image: Any, reference: Reference) -> Scores:
-        """Return the scores of the picture of a cell, computed if they are not kept."""
-        name = f"{cell.key} {self.identity(reference)} {self.code}"
+    def scores(self, image: Any, reference: Reference) -> Scores:
+        """Return the scores of a picture, (H, W, 3), computed if they are not kept."""
+        name = f"{hash_of_pixels(image)} {self.identity(reference)} {self.code}"
         if name not in self.known:
             self.known[name] = asdict(metrics.all_scores(image, reference.image))
         return Scores(**self.known[name])
@@ -42,10 +41,14 @@ class ScoreBook:
     def identity(self, reference: Reference) -> str:
         """Return a hash of the pixels of a reference."""
         if self.last is None or self.last[0] is not reference:
-            pixels = np.ascontiguousarray(reference.image).tobytes()
-            self.last = (reference, hashlib.sha256(pixels).hexdigest()[:16])
+            self.last = (reference, hash_of_pixels(reference.image))
         return self.last[1]
 
     def save(self) -> None:
         """Write all scores to the file."""
         atomic.write_text(self.path, json.dumps(self.known, indent=0))
+
+
+def hash_of_pixels(image: Any) -> str:
+    """Return a hash of the values of an array."""
+    return hashlib.sha256(np.ascontiguousarray(image).tobytes()).hexdigest()[:16]
