@@ -53,8 +53,8 @@ def run_study(
 
     Cells that an earlier run of the same study left there are not rendered again, unless ``overwrite``, which replaces
     each as soon as its new picture is made, and removes another study. Raises SettingsError or MissingPackageError
-    before the first ray, and KeyboardInterrupt if ``progress`` stops it: all finished cells are kept. ``cluster``: workers that render the cells, as in ``tracer.render``; references are
-    rendered by this process.
+    before the first ray, and KeyboardInterrupt if ``progress`` stops it: all finished cells are kept. ``cluster``:
+    workers that render the cells, as in ``tracer.render``; references are rendered by this process.
 
     ``metrics``: functions of your own, by name, beside those in the files that the plan names, from a picture and its
     reference, both (H, W, 3) float64 in linear sRGB, to a number. Each gets a column in ``results.csv``, an entry in
@@ -152,7 +152,9 @@ class Study:
 
     def blocks_to_render(self, blocks: Sequence[Sequence[Cell]]) -> list[list[Cell]]:
         """Return the cells of each block that are not kept, or all if they are to be replaced; no empty block."""
-        wanted = ([cell for cell in block if self.overwrite or not cells.is_kept(cell, self.output)] for block in blocks)
+        wanted = (
+            [cell for cell in block if self.overwrite or not cells.is_kept(cell, self.output)] for block in blocks
+        )
         return [block for block in wanted if block]
 
     def write(self, page: bool) -> None:
