@@ -140,7 +140,7 @@ def test_an_overwriting_run_that_is_stopped_loses_nothing(scene, tmp_path, monke
     second = run_study(plan_of(scene), tmp_path / "out")
     assert (len(rendered), second.kept) == (replaced, 12)
     errors = [{one.cell: one.scores.mse for one in results.measurements} for results in (first, second)]
-    assert errors[0] == errors[1]  # samples decide the pictures, not the run
+    assert errors[1] == pytest.approx(errors[0], rel=1e-5)  # mi.render adds samples in any order
     assert len({one.took.run for one in second.measurements}) == 2
 
 
