@@ -121,7 +121,7 @@ class Study:
         self.blocks = {scene.name: cells.cells_of(plan, scene) for scene in scenes}
         self.book = ScoreBook(output / cells.FOLDER / "scores.json")
         self.overwrite = overwrite
-        self.missing = 0
+        self.total = 0
         self.done = 0
         self.text = ""
         self.page_written = time.monotonic()
@@ -129,12 +129,12 @@ class Study:
 
     def run(self) -> Results:
         """Render and measure scene after scene, and return the results."""
-        missing = {name: self.blocks_to_render(blocks) for name, blocks in self.blocks.items()}
-        self.missing = sum(len(block) for blocks in missing.values() for block in blocks)
-        self.results.kept = sum(len(block) for blocks in self.blocks.values() for block in blocks) - self.missing
+        blocks_to_render = {name: self.blocks_to_render(blocks) for name, blocks in self.blocks.items()}
+        self.total = count_cells(blocks_to_render)
+        self.results.kept = count_cells(self.blocks) - self.total
         try:
             for scene in self.scenes:
-                if blocks := missing[scene.name]:
+                if blocks := blocks_to_render[scene.name]:
                     self.results.failures += self.render_scene(
                         self.plan, scene, blocks, self.output, self.run_id, self.report_cell
                     )
@@ -175,7 +175,7 @@ class Study:
         """Report a cell that is done, or, if ``cell`` is None, that one is being rendered."""
         self.done += cell is not None
         self.text = text or self.text
-        self.tell(f"{self.text} ({self.done} of {self.missing})", self.done, self.missing)
+        self.tell(f"{self.text} ({self.done} of {self.total})", self.done, self.total)
 
     def measure(self, scene: Scene, scene_cells: Sequence[Cell]) -> None:
         """Score the pictures of a scene against a reference that is good enough for them."""
@@ -237,6 +237,11 @@ class Study:
             self.tell(f"{scene.name}: reference, {done} of {total} spp", done, total)
 
         return make_reference(scene.setting, spp, report_progress)
+
+
+def count_cells(blocks: Mapping[str, Sequence[Sequence[Cell]]]) -> int:
+    """Return the number of cells in blocks of cells by scene."""
+    return sum(len(block) for scene_blocks in blocks.values() for block in scene_blocks)
 
 
 def without_error_of(reference: Reference, scores: Scores) -> Scores:
