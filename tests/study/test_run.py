@@ -144,6 +144,23 @@ def test_an_overwriting_run_that_is_stopped_loses_nothing(scene, tmp_path, monke
     assert len({one.took.run for one in second.measurements}) == 2
 
 
+def test_a_cell_that_fails_while_overwriting_is_not_measured_by_its_older_picture(scene, tmp_path, monkeypatch):
+    plan = plan_of(scene, spp=[4], seeds=1)
+    run_study(plan, tmp_path / "out")
+    own = methods.render_request
+
+    def without_fused(request):
+        if request.settings.criterion == "fused":
+            raise RuntimeError("out of luck")
+        return own(request)
+
+    monkeypatch.setattr(methods, "render_request", without_fused)
+    results = run_study(plan, tmp_path / "out", overwrite=True)
+    assert [one.method for one in results.failures] == ["fused"]
+    assert {one.cell.method for one in results.measurements} == {"uniform", "stock"}
+    assert len(run_study(plan, tmp_path / "out").measurements) == 3  # the older picture is not lost
+
+
 def finished(folder):
     return {path for path in folder.rglob("*seed*.exr") if not path.name.startswith(".")}
 

@@ -139,7 +139,7 @@ class Study:
                         self.plan, scene, blocks, self.output, self.run_id, self.report_cell
                     )
                 try:
-                    self.measure(scene, [cell for block in self.blocks[scene.name] for cell in block])
+                    self.measure(scene, self.cells_to_measure(scene))
                 except Exception as error:  # the other scenes can still be measured
                     self.results.failures.append(
                         Failure(scene.name, "reference", "all", 0, render_cells.one_line(error))
@@ -156,6 +156,12 @@ class Study:
             [cell for cell in block if self.overwrite or not cells.is_kept(cell, self.output)] for block in blocks
         )
         return [block for block in wanted if block]
+
+    def cells_to_measure(self, scene: Scene) -> list[Cell]:
+        """Return the cells of a scene without those that failed, of which an older picture may be there."""
+        failed = {(entry.scene, entry.method, entry.budget, entry.seed) for entry in self.results.failures}
+        scene_cells = [cell for block in self.blocks[scene.name] for cell in block]
+        return [cell for cell in scene_cells if (cell.scene, cell.method, cell.budget.label, cell.seed) not in failed]
 
     def write(self, page: bool) -> None:
         """Write the results so far, unless the folder holds those of more scenes from an earlier run."""
